@@ -4,8 +4,8 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_demo.evaluation import (
     FAR,
     near_beams,

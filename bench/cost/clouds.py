@@ -8,7 +8,7 @@ from typing import Any
 from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.geometry import Beams
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
-from nodlidar_assembler.clouds.points import POINT
+from nodlidar_assembler.clouds.point_layout import POINT
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log
 import numpy as np

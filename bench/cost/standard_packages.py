@@ -8,7 +8,7 @@ from array import array
 
 from nodlidar_assembler.clouds.ego_motion import rotated
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
-from nodlidar_assembler.clouds.points import layout
+from nodlidar_assembler.clouds.point_layout import layout
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.ros.messages import time_message
 from nodlidar_demo.evaluation import simulated_log

@@ -9,8 +9,8 @@ from dataclasses import replace
 from functools import partial
 
 from nodlidar_assembler.bags.sensor_log import outcomes
-from nodlidar_assembler.clouds.assembly import nodded
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
+from nodlidar_assembler.clouds.points import nodded
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import simulated_log

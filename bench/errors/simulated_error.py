@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_assembler.bags.sensor_log import outcomes
-from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
+from nodlidar_assembler.clouds.points import place
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_planner.error_budget.parameters import ErrorParameters

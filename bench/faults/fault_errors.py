@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.assembly import place, points_of
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.clouds.points import xyz_in
+from nodlidar_assembler.clouds.point_layout import xyz_in
+from nodlidar_assembler.clouds.points import place, points_of
 import numpy as np
 from numpy.typing import NDArray
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_mapper.geometry.poses import Array, between, inverse, moved, planar, yaw_of
 import numpy as np
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import degrees, inf, isfinite, pi, sin, tau
 
-from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.observed_coverage import largest_square
 from nodlidar_common.errors import ParameterError

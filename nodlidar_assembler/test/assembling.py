@@ -1,6 +1,6 @@
 """The points of a scan from the pitch of its beams."""
 
-from nodlidar_assembler.clouds.assembly import place, points_of
+from nodlidar_assembler.clouds.points import place, points_of
 
 
 def assemble(beams, start_ns, ranges, pitch, *more, **options):

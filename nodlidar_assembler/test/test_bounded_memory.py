@@ -2,10 +2,10 @@
 
 import time
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.joint_history import JointHistory, MOST_SAMPLES
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
-from nodlidar_assembler.clouds.points import POINT
+from nodlidar_assembler.clouds.point_layout import POINT
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.reversals import MOST_SAMPLES as MOST_REVERSAL_SAMPLES
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import MOST_REVERSALS, MOST_SCANS, SweepGatherer

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.bags.point_files import OutputError
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.deskew import deskewed
 from nodlidar_assembler.clouds.ego_motion import Poses
-from nodlidar_assembler.clouds.points import DESKEWED_POINT
+from nodlidar_assembler.clouds.point_layout import DESKEWED_POINT
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 import numpy as np
 import pytest

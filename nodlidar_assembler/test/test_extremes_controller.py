@@ -3,9 +3,9 @@
 from dataclasses import fields
 import math
 
-from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.clouds.points import place
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.control.scene_monitor import SceneMonitor

@@ -5,9 +5,9 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.clouds.points import place
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.lidar_view import LidarView, nod_for, task_for
 from nodlidar_assembler.control.nod_config import NodConfig

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import assemble_log
-from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
+from nodlidar_assembler.clouds.points import place
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.pose import Pose

@@ -6,9 +6,9 @@ import time
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.assembly import place, points_of
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.clouds.points import place, points_of
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.lidar_view import task_for
 from nodlidar_assembler.control.nod_controller import NodController

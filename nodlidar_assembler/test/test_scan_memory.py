@@ -3,10 +3,10 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds import scan_memory
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.deskew import deskewed
 from nodlidar_assembler.clouds.ego_motion import Poses
-from nodlidar_assembler.clouds.points import DESKEWED_POINT, POINT
+from nodlidar_assembler.clouds.point_layout import DESKEWED_POINT, POINT
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.scan_memory import ScanMemory
 from nodlidar_common.errors import ParameterError
 import numpy as np

@@ -3,10 +3,10 @@
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.clouds.assembly import place
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.clouds.points import place
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_adaptation import BAND
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig

@@ -2,8 +2,8 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.points import POINT
+from nodlidar_assembler.clouds.point_layout import POINT
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
 from nodlidar_common.nod import Nod

@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
-from nodlidar_assembler.clouds.assembly import place, Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.clouds.points import place, Points
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose

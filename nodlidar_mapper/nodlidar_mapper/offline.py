@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 
 from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.geometry.poses import Array, matrix_from

@@ -2,9 +2,9 @@
 
 import math
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
-from nodlidar_assembler.clouds.points import DESKEWED_POINT
+from nodlidar_assembler.clouds.point_layout import DESKEWED_POINT
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_mapper.tracking.odometry_delay import is_worth_setting, odometry_delay
 import numpy as np
 import pytest

@@ -10,7 +10,7 @@ from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import clouds_in
-from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.parameters import check
 from nodlidar_viewer.config import ViewerConfig

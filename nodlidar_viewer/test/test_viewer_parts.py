@@ -5,8 +5,8 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.points import MOVED_POINT
+from nodlidar_assembler.clouds.point_layout import MOVED_POINT
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_viewer import words
 from nodlidar_viewer.choosing import samples_for

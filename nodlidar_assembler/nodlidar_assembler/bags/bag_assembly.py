@@ -6,10 +6,10 @@ from contextlib import suppress
 
 from nodlidar_assembler.bags.bag_source import Recorded
 from nodlidar_assembler.bags.bag_tf import BagTf, Sample
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
 from nodlidar_assembler.clouds.origins import frame_of
 from nodlidar_assembler.clouds.pipeline import Assembled
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler

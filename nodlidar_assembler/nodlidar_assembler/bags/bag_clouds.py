@@ -14,7 +14,7 @@ from nodlidar_assembler.bags.bag_tf import tf_in
 from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.cloud_bag import CloudBag
 from nodlidar_assembler.bags.point_files import OutputError, pcd_header, ply_header, PointFile
-from nodlidar_assembler.clouds.assembly import Points
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_common.bag_messages import TF

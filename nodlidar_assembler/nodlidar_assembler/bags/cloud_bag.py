@@ -4,10 +4,10 @@ from pathlib import Path
 import shutil
 from typing import Any
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.level_scan import level_frame, LevelScan, message_fields
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY
-from nodlidar_assembler.clouds.points import fields, layout
+from nodlidar_assembler.clouds.point_layout import fields, layout
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import header, SCAN, STORE, TF, transforms, TYPES
 from nodlidar_common.pose import Pose

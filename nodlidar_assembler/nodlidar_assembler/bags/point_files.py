@@ -4,8 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from nodlidar_assembler.bags.bag_types import BagError
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.errors import ScanError
 import numpy as np

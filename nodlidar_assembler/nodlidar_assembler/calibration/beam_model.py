@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.clouds.assembly import nodded
 from nodlidar_assembler.clouds.geometry import (
     Beams,
     directions,
@@ -14,6 +13,7 @@ from nodlidar_assembler.clouds.geometry import (
 from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
+from nodlidar_assembler.clouds.points import nodded
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np

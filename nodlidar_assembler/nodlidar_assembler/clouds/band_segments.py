@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.assembly import nodded, place
 from nodlidar_assembler.clouds.deskew import as_of
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.pipeline import Assembled
+from nodlidar_assembler.clouds.points import nodded, place
 import numpy as np
 from numpy.typing import NDArray
 

@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass, replace
 
-from nodlidar_assembler.clouds.assembly import place, Placed, Points, points_of
 from nodlidar_assembler.clouds.deskew import DESKEW_INSTANTS, deskewed
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
 from nodlidar_assembler.clouds.geometry import Beams, LaserPoseConfig, ScanGeometry
 from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
+from nodlidar_assembler.clouds.point_layout import DESKEWED_POINT, MOVED_POINT, POINT
 from nodlidar_assembler.clouds.point_sigma import nod_speed, point_sigma, SigmaConfig
-from nodlidar_assembler.clouds.points import DESKEWED_POINT, MOVED_POINT, POINT
+from nodlidar_assembler.clouds.points import place, Placed, Points, points_of
 from nodlidar_assembler.clouds.repeats import RepeatCheck
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer

@@ -1,64 +1,168 @@
-"""The points of a cloud: one NumPy record each, laid out as in PointCloud2."""
+"""Points from a scan and the pitch and pose of its beams."""
 
-from typing import Any
+from dataclasses import dataclass
 
+from nodlidar_assembler.clouds.ego_motion import Poses
+from nodlidar_assembler.clouds.geometry import Beams
+from nodlidar_assembler.clouds.origins import OF_ODOMETRY, Origin, origin_near
+from nodlidar_assembler.clouds.point_layout import MOVED_POINT, POINT, WITH_SIGMA, xyz_in
 import numpy as np
 from numpy.typing import NDArray
 
-# PCL-based consumers read this order, these types and the aligned 24-byte step fastest.
-POINT = np.dtype(
-    [
-        ('x', np.float32),
-        ('y', np.float32),
-        ('z', np.float32),
-        ('intensity', np.float32),
-        ('time', np.float32),
-        ('ring', np.uint16),
-    ],
-    align=True,
-)
 
-# Points in the frame of odometry, without `time`, so that no consumer deskews them again.
-MOVED_POINT = np.dtype(
-    [(name, POINT[name]) for name in ('x', 'y', 'z', 'intensity', 'ring')], align=True
-)
+@dataclass(frozen=True, slots=True)
+class Points:
+    """Points in nodlidar_base_link or in the frame of odometry; oldest first.
 
-# Deskewed points with their age at the stamp [s], a name that no consumer takes for a time.
-DESKEWED_POINT = np.dtype(
-    [('age' if name == 'time' else name, POINT[name]) for name in POINT.names or ()], align=True
-)
+    Attributes
+    ----------
+    time_ns
+        Instant of each point [ns], shape (n,), ascending within a scan.
+    data
+        Array of POINT, MOVED_POINT or DESKEWED_POINT, or of these WITH_SIGMA, shape (n,); ``time``
+        counts from the first point.
+    origin
+        Origin of the coordinates in the frame of odometry [m], see `origins`.
+    poses
+        Poses of nodlidar_base_link in the frame of odometry at each point's instant, by which
+        points of several instants are still to be joined, shape (n,); else None.
+    stamp_ns
+        Instant of the cloud [ns]; by default that of the first point.
+    """
 
-# The same with the expected error of each point [m], behind the other fields.
-WITH_SIGMA = {
-    point: np.dtype(
-        [*((name, point[name]) for name in point.names or ()), ('sigma', np.float32)], align=True
-    )
-    for point in (POINT, MOVED_POINT, DESKEWED_POINT)
-}
+    time_ns: NDArray[np.int64]
+    data: NDArray[np.void]
+    origin: Origin = OF_ODOMETRY
+    poses: Poses | None = None
+    stamp_ns: int = -1
 
-_FIELD_TYPES = {np.dtype(np.float32): 7, np.dtype(np.uint16): 4}  # as in PointField
+    def __post_init__(self) -> None:
+        if self.stamp_ns < 0 and len(self.time_ns):
+            object.__setattr__(self, 'stamp_ns', int(self.time_ns[0]))
+
+    def __getitem__(self, chosen: slice | NDArray[np.intp]) -> 'Points':
+        poses = None if self.poses is None else self.poses[chosen]
+        return Points(self.time_ns[chosen], self.data[chosen], self.origin, poses)
+
+    @property
+    def xyz(self) -> NDArray[np.float64]:
+        """Coordinates from the origin of the frame itself [m], shape (n, 3)."""
+        return np.asarray(xyz_in(self.data) + self.origin)
+
+    def counted_from(self, origin: Origin) -> 'Points':
+        """Return the same points in coordinates from another origin."""
+        if origin == self.origin:
+            return self
+        data = self.data.copy()
+        for axis, old, new in zip('xyz', self.origin, origin, strict=True):
+            data[axis] += old - new
+        return Points(self.time_ns, data, origin)
 
 
-def fields(point: np.dtype[np.void]) -> list[tuple[str, int, int, int]]:
-    """Return name, offset [bytes], datatype and count of each PointField of a point type."""
-    return [
-        (name, offset, _FIELD_TYPES[dtype], 1)
-        for name, (dtype, offset, *_) in (point.fields or {}).items()
-    ]
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """The beams of a scan with a measurement, and their end points.
+
+    Attributes
+    ----------
+    beams
+        Indices of the beams, shape (n,).
+    xyz
+        End points in nodlidar_base_link [m], shape (3, n).
+    sigma
+        Expected errors of the end points [m], shape (n,); None if they are not wanted.
+    """
+
+    beams: NDArray[np.intp]
+    xyz: NDArray[np.float64]
+    sigma: NDArray[np.float64] | None = None
 
 
-def xyz_in(data: NDArray[np.void]) -> NDArray[np.float64]:
-    """Return the coordinates of points of any type [m], shape (n, 3)."""
-    return np.stack([data[axis] for axis in 'xyz'], axis=1, dtype=np.float64)
+def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64]) -> Placed:
+    """Return the end points of a scan's beams in nodlidar_base_link.
+
+    A beam ends at ``direction * r + laser_pose.position`` in the nodding frame, which the nod
+    turns. With the lidar z_off above the axis, this is the transform of docs/model.md, erratum 2
+    included.
+
+    Parameters
+    ----------
+    beams
+        Beams of the scan in the nodding frame.
+    ranges
+        Ranges as in the LaserScan [m], shape (n,).
+    pitch
+        Pitch of each beam [rad], shape (n,).
+    """
+    valid = np.flatnonzero(beams.geometry.measured(ranges))
+    xyz = beams.direction.take(valid, axis=1)
+    xyz *= ranges.take(valid)
+    xyz += beams.laser_pose.position[:, None]
+    return Placed(valid, nodded(xyz, pitch.take(valid)))
 
 
-def layout(data: NDArray[np.void]) -> dict[str, Any]:
-    """Return the layout of an unorganised, dense PointCloud2 of points, without its fields."""
-    return {
-        'height': 1,
-        'width': len(data),
-        'is_bigendian': False,
-        'point_step': data.itemsize,
-        'row_step': data.nbytes,
-        'is_dense': True,
-    }
+def nodded(xyz: NDArray[np.float64], pitch: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn points of the nodding frame by the nod, in place; return them in nodlidar_base_link.
+
+    A pitch phi (positive up) turns about -y, to ``x cos(phi) - z sin(phi)``, ``y``,
+    ``x sin(phi) + z cos(phi)``.
+
+    Parameters
+    ----------
+    xyz
+        Points [m], shape (3, n) or, with several of the same pitch, (3, k, n).
+    pitch
+        Pitch of the nod at each [rad], shape (n,).
+    """
+    cos, sin = np.cos(pitch), np.sin(pitch)
+    xyz[0], xyz[2] = xyz[0] * cos - xyz[2] * sin, xyz[0] * sin + xyz[2] * cos
+    return xyz
+
+
+def points_of(
+    placed: Placed,
+    beams: Beams,
+    start_ns: int,
+    intensities: NDArray[np.float32] | None = None,
+    poses: Poses | None = None,
+    point: np.dtype[np.void] | None = None,
+) -> Points:
+    """Return the points of a scan, in nodlidar_base_link or, with `poses`, in that of odometry.
+
+    In the frame of odometry, coordinates count from an origin near the first pose.
+
+    Parameters
+    ----------
+    placed, beams
+        End points of the beams, and all beams of the scan.
+    start_ns
+        Instant of the first beam [ns].
+    intensities
+        Intensities as in the LaserScan; the field is 0 unless there is one per beam.
+    poses
+        Poses of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,).
+    point
+        Type of the points; by default POINT, with `poses` MOVED_POINT, without times. If there
+        are expected errors, they are added.
+
+    Raises
+    ------
+    OdometryError
+        If a pose is too far away to resolve millimetres.
+    """
+    valid, xyz = placed.beams, placed.xyz
+    point = point or (POINT if poses is None else MOVED_POINT)
+    data = np.zeros(len(valid), dtype=point if placed.sigma is None else WITH_SIGMA[point])
+    origin = OF_ODOMETRY
+    if poses is not None:
+        origin = origin_near(poses.position[0].tolist())
+        xyz = poses.take(valid).to_parent(xyz.T, origin).T
+    data['x'], data['y'], data['z'] = xyz
+    if intensities is not None and len(intensities) == beams.geometry.beams:
+        data['intensity'] = intensities.take(valid)
+    if point == POINT:
+        offset = beams.offset.take(valid)
+        data['time'] = offset - offset[:1]
+    if placed.sigma is not None:
+        data['sigma'] = placed.sigma
+    return Points(start_ns + beams.offset_ns.take(valid), data, origin)

@@ -3,8 +3,8 @@
 from collections import deque
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.deskew import deskewed
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.sweeps import joined
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import NS_PER_S

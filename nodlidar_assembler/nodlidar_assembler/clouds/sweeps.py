@@ -3,8 +3,8 @@
 from collections import deque
 from dataclasses import dataclass, field
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Poses
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 

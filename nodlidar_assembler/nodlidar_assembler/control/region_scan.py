@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 import math
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Assembled
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.scan_memory import ScanMemory
 from nodlidar_assembler.control.observed_coverage import Covered, ObservedCoverage
 from nodlidar_assembler.control.region_plan import LONGEST, RegionPlan

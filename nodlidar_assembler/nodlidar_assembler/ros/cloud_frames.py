@@ -1,7 +1,7 @@
 """The frames of clouds in odometry, published to TF when they are first used."""
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.origins import frame_of, OF_ODOMETRY
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_common.pose import Pose
 from nodlidar_common.ros.messages import transform_message
 import numpy as np

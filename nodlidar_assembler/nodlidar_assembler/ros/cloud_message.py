@@ -1,7 +1,7 @@
 """Points as a PointCloud2 message."""
 
-from nodlidar_assembler.clouds.assembly import Points
-from nodlidar_assembler.clouds.points import fields, WITH_SIGMA
+from nodlidar_assembler.clouds.point_layout import fields, WITH_SIGMA
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_common.ros.messages import time_message
 from sensor_msgs.msg import PointCloud2, PointField
 from sensor_msgs_py.point_cloud2 import create_cloud

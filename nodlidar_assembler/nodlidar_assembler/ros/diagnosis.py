@@ -6,8 +6,8 @@ import math
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Scan
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_following import NodFollowing

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 import sys
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Assembled
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.region_plan import Region, region_plan, RegionError
 from nodlidar_assembler.control.region_scan import RegionScan

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.pipeline import Assembled
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.scan_memory import ScanMemory
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ros.cloud_message import cloud_message

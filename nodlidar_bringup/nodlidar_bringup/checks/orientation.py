@@ -13,7 +13,7 @@ Which way is left, a cloud of a room at rest cannot show: that is left to the us
 
 from dataclasses import dataclass, field
 
-from nodlidar_assembler.clouds.assembly import nodded
+from nodlidar_assembler.clouds.points import nodded
 import numpy as np
 from numpy.typing import NDArray
 

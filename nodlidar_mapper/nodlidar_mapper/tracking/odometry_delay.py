@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 import math
 
-from nodlidar_assembler.clouds.assembly import Points
 from nodlidar_assembler.clouds.ego_motion import (
     Odometry,
     OdometryConfig,
     OdometryError,
     rotated_back,
 )
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.geometry.poses import Array
 import numpy as np

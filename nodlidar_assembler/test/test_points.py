@@ -12,7 +12,7 @@ from nodlidar_assembler.clouds.geometry import (
     revolution_time,
     ScanGeometry,
 )
-from nodlidar_assembler.clouds.points import MOVED_POINT, POINT
+from nodlidar_assembler.clouds.point_layout import MOVED_POINT, POINT
 from nodlidar_common.pose import Pose
 import numpy as np
 import pytest
