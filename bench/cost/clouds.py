@@ -14,7 +14,7 @@ from nodlidar_demo.evaluation import simulated_log
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.shared.reference import simulated_room
+from bench.shared.reference import DEFAULT_N_S, simulated_room
 from bench.shared.report import Row
 from bench.shared.timing import interleaved
 
@@ -27,7 +27,7 @@ POINT_64 = np.dtype(
     ],
     align=True,
 )
-TITLE = f'Clouds: the room, {DURATION:.0f} s at N_s = 4001, joint states at 62 Hz'
+TITLE = f'Clouds: the room, {DURATION:.0f} s at N_s = {DEFAULT_N_S}, joint states at 62 Hz'
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,19 +9,19 @@ from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 
-from bench.shared.reference import FULL_CIRCLE, SAMPLES_PER_SWEEP
+from bench.shared.reference import FULL_CIRCLE, REFERENCE_N_S
 from bench.shared.report import Row
 
 # The enumeration that the tests check the planner with.
 sys.path.append(str(Path(__file__).parents[2] / 'nodlidar_planner' / 'test'))
 from planner_enumeration import enumerate_cells
 
-TITLE = f'Planner: {FULL_CIRCLE.columns} x {FULL_CIRCLE.rows} cells, N_s = {SAMPLES_PER_SWEEP}'
+TITLE = f'Planner: {FULL_CIRCLE.columns} x {FULL_CIRCLE.rows} cells, N_s = {REFERENCE_N_S}'
 
 
 def results() -> list[Row]:
     """Return the times of both, and their ratio."""
-    pattern = Pattern(FULL_CIRCLE.steps_per_revolution, SAMPLES_PER_SWEEP)
+    pattern = Pattern(FULL_CIRCLE.steps_per_revolution, REFERENCE_N_S)
     took = _time(lambda: Coverage(FULL_CIRCLE, pattern).figures(), 30)
     other = _time(lambda: enumerate_cells(FULL_CIRCLE, pattern), 3)
     return [

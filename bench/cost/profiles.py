@@ -21,10 +21,11 @@ import numpy as np
 from bench.cost.replay import messages_of, times_per_scan
 from bench.errors.accuracy import pitch_rms
 from bench.shared.reference import (
+    DEFAULT_N_S,
     FEEDBACK_RATE,
     joints_at,
     real_room,
-    SAMPLES_PER_SWEEP,
+    REFERENCE_N_S,
     simulated_room,
 )
 from bench.shared.report import Row
@@ -37,11 +38,11 @@ SCANS_PER_S = 10
 BALANCED = 'balanced'
 ERROR, COMPUTATION = 'distance to balanced', 'computation to balanced'
 DISTANCE, IDEAL = 'RMS distance, devices with errors [mm]', 'RMS distance, ideal devices [mm]'
-DEFAULT_NOD = 'the same, default nod [mm]'
+FASTER = 'the same at pi rad/s [mm]'
 SEEDS = range(6)
 TITLE = (
-    f'Profiles: the room, {DURATION:.0f} s at N_s = {SAMPLES_PER_SWEEP}, or the default '
-    f'{AssemblerConfig.samples_per_sweep}; URG-04LX-UG01 on an RX-24F, means of {len(SEEDS)} '
+    f'Profiles: the room, {DURATION:.0f} s at N_s = {DEFAULT_N_S}, the default, or '
+    f'{REFERENCE_N_S}, pi rad/s; URG-04LX-UG01 on an RX-24F, means of {len(SEEDS)} '
     f'runs, or ideal devices; distance to the surfaces, beams up to {FAR:g} m'
 )
 
@@ -50,13 +51,12 @@ TITLE = (
 class Found:
     """RMS distance to the surfaces with real and ideal devices [m], latency, times per scan [s].
 
-    `pitch` is the RMS error of pitch with real devices [rad], `default_nod` as `surface` with the
-    nod of the default parameters.
+    `pitch` is the RMS error of pitch with real devices [rad], `faster` as `surface` at pi rad/s.
     """
 
     pitch: float
     surface: float
-    default_nod: float
+    faster: float
     ideal: float
     latency: float
     computation: float
@@ -73,8 +73,8 @@ def results(rounds: int = ROUNDS) -> list[Row]:
     found = {
         name: Found(
             pitch_rms(recordings[name], Pipeline(config).estimator),
-            mean_rms(name, SAMPLES_PER_SWEEP),
-            mean_rms(name, config.samples_per_sweep),
+            mean_rms(name, DEFAULT_N_S),
+            mean_rms(name, REFERENCE_N_S),
             _surface_rms(ideal[name], config),
             latency(simulated_log(recordings[name]), Pipeline(config)),
             computation[name],
@@ -91,7 +91,7 @@ def _row(name: str, own: Found, balanced: Found) -> Row:
         'joint states [Hz]': FEEDBACK_RATE[name],
         'RMS pitch error [mrad]': own.pitch * 1e3,
         DISTANCE: own.surface * 1e3,
-        DEFAULT_NOD: own.default_nod * 1e3,
+        FASTER: own.faster * 1e3,
         ERROR: own.surface / balanced.surface,
         IDEAL: own.ideal * 1e3,
         'latency after the last beam [ms]': own.latency * 1e3,

@@ -18,7 +18,7 @@ from nodlidar_sim.world.scene import load_scene, Scene, scene_names
 from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 
-from bench.shared.reference import reference_nod, SAMPLES_PER_SWEEP, SPAN, START_NS
+from bench.shared.reference import REFERENCE_N_S, reference_nod, SPAN, START_NS
 from bench.shared.report import Row
 from bench.shared.rms import rms
 from bench.shared.timing import interleaved
@@ -47,7 +47,7 @@ THINNING = 10  # one of so many points is compared with the surfaces
 SCENES = [name for name in scene_names() if name != 'building']
 TITLE = (
     f'Effects of typical size: what they cost and what they move, {DURATION:.0f} s at N_s = '
-    f'{SAMPLES_PER_SWEEP}, slerp; required for what they move: RMS by more than '
+    f'{REFERENCE_N_S}, slerp; required for what they move: RMS by more than '
     f'{LEAST_CHANGE:.0%}, points and repeats by more than {LEAST_SHARE:.0%} of the beams'
 )
 
@@ -166,8 +166,8 @@ def figures(simulated: Recording) -> Figures:
 def repeats(simulated: Recording) -> float:
     """Return the share of repeats among the beams where the nod is steady."""
     pitch = simulated.true_pitch
-    row = np.floor((pitch / SPAN + 0.5) * SAMPLES_PER_SWEEP).astype(np.int64)
-    cell = np.arange(pitch.shape[1]) * SAMPLES_PER_SWEEP + row
+    row = np.floor((pitch / SPAN + 0.5) * REFERENCE_N_S).astype(np.int64)
+    cell = np.arange(pitch.shape[1]) * REFERENCE_N_S + row
     steady = cell[np.abs(pitch) < LINEAR]
     return 1.0 - len(np.unique(steady)) / len(steady)
 

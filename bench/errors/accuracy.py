@@ -1,5 +1,6 @@
 """The error of each estimator in the room: with the errors of real devices, and ideal.
 
+The nod is the one that the assembler commands by default.
 Those with real devices are means over several runs, whose noise differs. Pitch counts against what
 a perfect encoder would report. Points count against the surfaces, so the backlash between encoder
 and lidar and the errors of the ranges are in them.
@@ -20,7 +21,7 @@ from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 
-from bench.shared.reference import joints_at, real_room, simulated_room
+from bench.shared.reference import DEFAULT_N_S, joints_at, real_room, simulated_room
 from bench.shared.report import Row
 from bench.shared.rms import rms
 
@@ -39,8 +40,8 @@ GAIN, GAIN_SPREAD = 'filtered, gain over slerp [%]', 'deviation of the gain [%]'
 IDEAL_LIDAR, IDEAL = 'ideal lidar [mm]', 'ideal lidar and servo [mm]'
 SEEDS = range(6)
 TITLE = (
-    f'RMS errors in the room, {DURATION:.0f} s at N_s = 4001, RX-24F by physics; of points [mm]: '
-    f'distance to the surfaces, beams up to {FAR:g} m; '
+    f'RMS errors in the room, {DURATION:.0f} s at N_s = {DEFAULT_N_S}, the default, RX-24F '
+    f'by physics; of points [mm]: distance to the surfaces, beams up to {FAR:g} m; '
     f'filtered: mixed_pixel_angle = {MIXED_PIXEL_ANGLE:g}; '
     f'mean and standard deviation of {len(SEEDS)} runs'
 )

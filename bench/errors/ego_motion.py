@@ -20,7 +20,14 @@ from nodlidar_sim.simulation import Recording
 import numpy as np
 
 from bench.errors.accuracy import MIXED_PIXEL_ANGLE
-from bench.shared.reference import DRIVING, joints_at, real_room, simulated_room, STANDING
+from bench.shared.reference import (
+    DEFAULT_N_S,
+    DRIVING,
+    joints_at,
+    real_room,
+    simulated_room,
+    STANDING,
+)
 from bench.shared.report import Row
 
 Distance = Callable[..., float]  # of a recording, an estimator and a mixed_pixel_angle
@@ -30,8 +37,9 @@ JOINT_RATE = 100.0
 DISTANCE = 'RMS distance, devices with errors [mm]'
 FILTERED, IDEAL = 'the same, filtered [mm]', 'RMS distance, ideal devices [mm]'
 TITLE = (
-    f'Ego-motion: {DURATION:.0f} s in the room, {DRIVING[0]} m/s and {DRIVING[1]} rad/s, odometry '
-    f'at 50 Hz, joint states at {JOINT_RATE:g} Hz, distance of beams up to {FAR:g} m'
+    f'Ego-motion: {DURATION:.0f} s in the room at N_s = {DEFAULT_N_S}, {DRIVING[0]} m/s and '
+    f'{DRIVING[1]} rad/s, odometry at 50 Hz, joint states at {JOINT_RATE:g} Hz, distance of beams '
+    f'up to {FAR:g} m'
 )
 
 

@@ -20,7 +20,7 @@ from bench.errors.ego_motion import (
     recordings,
     scan_rms,
 )
-from bench.shared.reference import DRIVING
+from bench.shared.reference import DEFAULT_N_S, DRIVING
 from bench.shared.report import Row
 from bench.shared.scans import latency, odometry_for, samples_for
 from bench.shared.timing import Action, interleaved
@@ -34,7 +34,7 @@ EGO_MOTION: dict[str, Distance] = {
 }
 TITLE = (
     f'Estimators and ego-motion: a robot in the room at {DRIVING[0]} m/s and {DRIVING[1]} rad/s, '
-    f'joint states at {JOINT_RATE:g} Hz, odometry at 50 Hz'
+    f'N_s = {DEFAULT_N_S}, joint states at {JOINT_RATE:g} Hz, odometry at 50 Hz'
 )
 
 

@@ -13,7 +13,7 @@ from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.servo_section import load_servo
 
 from bench.errors.accuracy import MIXED_PIXEL_ANGLE, pitch_rms, points_rms
-from bench.shared.reference import joints_at, real_room, simulated_room
+from bench.shared.reference import DEFAULT_N_S, joints_at, real_room, simulated_room
 from bench.shared.report import Row
 
 DURATION = 20.0
@@ -23,8 +23,8 @@ TICKS = {10: math.radians(300.0) / 1024, 12: math.tau / 4096}
 ESTIMATORS = ('nearest', 'slerp', 'trajectory')
 REAL, IDEAL = 'RX-24F', 'ideal servo'
 TITLE = (
-    f'Feedback of the servo: RMS pitch errors in the room, {DURATION:.0f} s at N_s = 4001; points '
-    'with a URG-04LX-UG01, slerp, filtered'
+    f'Feedback of the servo: RMS pitch errors in the room, {DURATION:.0f} s at N_s = '
+    f'{DEFAULT_N_S}; points with a URG-04LX-UG01, slerp, filtered'
 )
 
 

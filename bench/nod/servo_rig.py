@@ -23,7 +23,7 @@ from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.shared.reference import SAMPLES_PER_SWEEP, SPAN, START_NS
+from bench.shared.reference import REFERENCE_N_S, SPAN, START_NS
 
 SETTLING = 2.0  # from rest to the nod
 LIDAR_PPM = 200.0
@@ -122,7 +122,7 @@ class Tied:
     """Scans of the lidar, the nod that is tied to them, and the servo that follows it."""
 
     def __init__(self, rig: Rig, seed: int) -> None:
-        self.nod = NodClock(NodShape(-SPAN / 2, SPAN / 2, SAMPLES_PER_SWEEP), 1024)
+        self.nod = NodClock(NodShape(-SPAN / 2, SPAN / 2, REFERENCE_N_S), 1024)
         self._rig = rig
         self._rng = np.random.default_rng(seed)
         self._revolution = 0

@@ -1,13 +1,15 @@
-"""The set-up that measurements share: the reference sensor, nodding at pi rad/s in the room.
+"""The set-up that measurements share: the reference sensor in the room.
 
-`real_room` is the scene as shipped: a URG-04LX-UG01 with its errors, on an RX-24F by physics.
-`simulated_room` is the ideal one.
+It nods as the assembler commands by default, or by `reference_nod`, that of the publication's
+experiments, at pi rad/s. `real_room` is the scene as shipped: a URG-04LX-UG01 with its errors, on
+an RX-24F by physics. `simulated_room` is the ideal one.
 """
 
 from dataclasses import replace
 from math import pi
 from typing import Any
 
+from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.nod import Nod
 from nodlidar_planner.pattern.task import Task
 from nodlidar_sim.simulation import Recording, simulate
@@ -16,7 +18,8 @@ from nodlidar_sim.world.sensor_model import SensorModel
 
 START_NS = 1_700_000_000_000_000_000
 SPAN = 1.2272
-SAMPLES_PER_SWEEP = 4001
+REFERENCE_N_S = 4001  # pi rad/s
+DEFAULT_N_S = NodConfig().samples_per_sweep
 BEAM_PERIOD = 0.1 / 1024
 # What the publication plans for: 10 cm at 2 m, all around, 126 x 32 cells.
 FULL_CIRCLE = Task(0.10, 2.0, -pi / 4, pi / 4, full_circle=True)
@@ -26,7 +29,7 @@ FEEDBACK_RATE = {'fast': 16.0, 'balanced': 100.0}  # of the profiles, nodlidar_b
 FAST_ADAPTER = 0.0015  # latency of an adapter whose timer is set to 1 ms [s]
 
 
-def reference_nod(samples_per_sweep: int = SAMPLES_PER_SWEEP) -> Nod:
+def reference_nod(samples_per_sweep: int = REFERENCE_N_S) -> Nod:
     """Return the nod of the publication's experiments, with half a sample of phase."""
     return Nod(
         pitch_min=-SPAN / 2,
@@ -52,7 +55,7 @@ def real_room(
     sensor: SensorModel | None = None,
     velocity: tuple[float, float] = STANDING,
     seed: int = 0,
-    samples_per_sweep: int = SAMPLES_PER_SWEEP,
+    samples_per_sweep: int = DEFAULT_N_S,
     **errors: Any,
 ) -> Recording:
     """Return a recording of the room as shipped, with the errors of lidar and servo.
@@ -68,7 +71,7 @@ def real_room(
     seed
         Of the noise.
     samples_per_sweep
-        N_s of the nod.
+        N_s of the nod, by default that of the assembler.
     **errors
         Attributes of the scene instead of its own: `lidar`, `servo`.
     """
@@ -81,6 +84,7 @@ def simulated_room(
     duration: float,
     sensor: SensorModel | None = None,
     velocity: tuple[float, float] = STANDING,
+    samples_per_sweep: int = DEFAULT_N_S,
 ) -> Recording:
     """Return a recording of the room with an ideal lidar and servo.
 
@@ -92,6 +96,9 @@ def simulated_room(
         By default the reference sensor.
     velocity
         Of the base, constant [m/s, rad/s].
+    samples_per_sweep
+        N_s of the nod, by default that of the assembler.
     """
     scene = load_scene('room', ideal=True).with_velocity(velocity)
-    return simulate(scene, reference_nod(), duration, start_ns=START_NS, sensor=sensor)
+    nod = reference_nod(samples_per_sweep)
+    return simulate(scene, nod, duration, start_ns=START_NS, sensor=sensor)

@@ -99,7 +99,7 @@ def test_a_beam_repeats_one_in_its_row_of_the_same_step(monkeypatch):
     """The coprime nod never does, but for rounding; with one row for a degree, nearly all do."""
     simulated = recording(load_scene('wall', ideal=True))
     assert effects.repeats(simulated) < 5e-4
-    monkeypatch.setattr(effects, 'SAMPLES_PER_SWEEP', 70)
+    monkeypatch.setattr(effects, 'REFERENCE_N_S', 70)
     rows = 2 * effects.LINEAR / effects.SPAN * 70 + 2
     beams = (np.abs(simulated.true_pitch) < effects.LINEAR).sum()
     assert effects.repeats(simulated) >= 1.0 - rows * 682 / beams
