@@ -22,7 +22,7 @@ from itertools import product
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, PipelineConfig, Scan
-from nodlidar_assembler.control.nod_clock import NodClock, NodShape
+from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock
 from nodlidar_assembler.control.pitch_limits import (
     limits_at,
     PitchLimitsConfig,
@@ -155,7 +155,7 @@ class NoddingSensor:
     def __init__(self, scene: Scene, limits: tuple[float, float], seed: int) -> None:
         self._rig = Rig(scene.servo or LOADED, seed)
         self._tied = Tied(self._rig, seed)
-        self._tied.nod = NodClock(NodShape(*limits, N_S), SENSOR.steps)
+        self._tied.nod = PhaseLock(NodShape(*limits, N_S), SENSOR.steps)
         self._begin_ns = START_NS + round(SETTLING * SCAN_TIME * NS_PER_S)
         self._world = World(scene, self._rig.motion, start_ns=self._begin_ns)
         self._lidar = Lidar(scene.lidar, self._world, START_NS, seed)

@@ -6,7 +6,7 @@ import math
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.reversals import ReversalFinder
-from nodlidar_assembler.control.nod_clock import NodClock, NodShape
+from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.sample import Sample
@@ -122,7 +122,7 @@ class Tied:
     """Scans of the lidar, the nod that is tied to them, and the servo that follows it."""
 
     def __init__(self, rig: Rig, seed: int) -> None:
-        self.nod = NodClock(NodShape(-SPAN / 2, SPAN / 2, REFERENCE_N_S), 1024)
+        self.nod = PhaseLock(NodShape(-SPAN / 2, SPAN / 2, REFERENCE_N_S), 1024)
         self._rig = rig
         self._rng = np.random.default_rng(seed)
         self._revolution = 0

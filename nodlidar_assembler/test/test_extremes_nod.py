@@ -4,7 +4,7 @@ from fractions import Fraction
 import math
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
-from nodlidar_assembler.control.nod_clock import NodClock, NodShape
+from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock
 from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 import pytest
@@ -36,16 +36,14 @@ def off(nod, time_ns, sample):
 @pytest.mark.parametrize('n_l', [1, 1024, 65_536])
 def test_after_an_hour_a_sample_has_the_phase_that_it_had(n_s, n_l):
     """Every tenth scan arrives; the phase is n + 1/2, in samples, for as long as it runs."""
-    clock = NodClock(NodShape(-0.6, 0.6, n_s), n_l)
+    lock = PhaseLock(NodShape(-0.6, 0.6, n_s), n_l)
     for revolution in range(0, HOUR + 1, 10):
-        clock.add_scan(lidar(n_l), begins_ns(revolution))
+        lock.add_scan(lidar(n_l), begins_ns(revolution))
         if revolution in (0, HOUR // 2, HOUR):
             sample = Fraction(revolution * n_l) + Fraction(1, 2)
             rounding = 2.0 * n_l / float(REVOLUTION_NS)  # of stamps, 2 ns in samples
-            assert off(clock.nod, begins_ns(revolution), sample) < rounding
-    assert clock.nod.sweep_duration == pytest.approx(
-        n_s * float(REVOLUTION_NS) / n_l / S, rel=1e-9
-    )
+            assert off(lock.nod, begins_ns(revolution), sample) < rounding
+    assert lock.nod.sweep_duration == pytest.approx(n_s * float(REVOLUTION_NS) / n_l / S, rel=1e-9)
 
 
 def test_an_hour_of_samples_is_counted_without_rounding():
@@ -58,14 +56,14 @@ def test_an_hour_of_samples_is_counted_without_rounding():
 
 @pytest.mark.parametrize('span', [5e-324, 1e-300, 1e-12, 1e-6])
 def test_a_nod_of_hardly_any_span_stays_within_it(span):
-    clock = NodClock(NodShape(0.0, span, 4001), 1024)
+    lock = PhaseLock(NodShape(0.0, span, 4001), 1024)
     for revolution in range(3):
-        clock.add_scan(lidar(1024), begins_ns(revolution))
-    pitch = clock.nod.pitch(START_NS + np.arange(0, S, 1_234_567))
+        lock.add_scan(lidar(1024), begins_ns(revolution))
+    pitch = lock.nod.pitch(START_NS + np.arange(0, S, 1_234_567))
     assert np.all((pitch >= 0.0) & (pitch <= span))
     assert np.min(pitch) <= 0.1 * span
     assert np.max(pitch) >= 0.9 * span
-    assert clock.nod.speed == pytest.approx(span / clock.nod.sweep_duration)
+    assert lock.nod.speed == pytest.approx(span / lock.nod.sweep_duration)
 
 
 @pytest.mark.parametrize('span', [5e-324, 1e-300, 1e-6])
@@ -74,11 +72,11 @@ def test_from_and_to_hardly_any_span_the_nod_goes_on(span, middle):
     wide = NodShape(-0.6, 0.6, 4001)
     narrow = NodShape(middle, max(middle + span, np.nextafter(middle, 1.0)), 1001)
     for first, second in (wide, narrow), (narrow, wide):
-        clock = NodClock(first, 1024)
+        lock = PhaseLock(first, 1024)
         for revolution in range(20):
-            clock.add_scan(lidar(1024), begins_ns(revolution))
-        clock.change(second, begins_ns(20))
-        pitch = clock.nod.pitch(begins_ns(20) + np.arange(0, S, 1_234_567))
+            lock.add_scan(lidar(1024), begins_ns(revolution))
+        lock.change(second, begins_ns(20))
+        pitch = lock.nod.pitch(begins_ns(20) + np.arange(0, S, 1_234_567))
         assert np.all((pitch >= second.pitch_min) & (pitch <= second.pitch_max + 1e-15))
-        whole = off(clock.nod, clock.revolutions.begin_ns, Fraction(1, 2))
+        whole = off(lock.nod, lock.revolutions.begin_ns, Fraction(1, 2))
         assert whole == pytest.approx(round(whole), abs=0.01)

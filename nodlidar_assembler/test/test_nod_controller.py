@@ -7,8 +7,8 @@ import math
 
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock
 from nodlidar_common.errors import ParameterError
 import numpy as np
 import pytest
@@ -40,10 +40,10 @@ def test_before_the_first_scan_there_is_no_command():
 
 def test_coprime_is_the_nod_that_is_tied_to_the_lidar():
     commands = run(NodController(AssemblerConfig(samples_per_sweep=4001)), 20)
-    clock = NodClock(NodShape(-0.6136, 0.6136, 4001), 1024)
+    lock = PhaseLock(NodShape(-0.6136, 0.6136, 4001), 1024)
     for number, (nod, start_ns) in enumerate(commands):
-        clock.add_scan(URG, BEGIN_NS + number * 100_000_000)
-        assert nod == clock.nod
+        lock.add_scan(URG, BEGIN_NS + number * 100_000_000)
+        assert nod == lock.nod
         assert start_ns == 0
 
 
@@ -155,7 +155,7 @@ def test_interlaced_does_not_mind_a_lidar_that_turns_to_the_right():
 def test_a_lidar_that_sweeps_cannot_be_chosen_for_keeps_the_nod_in_its_phase():
     reversed_urg = ScanGeometry(682, 340 * STEP, -STEP, 0.1 / 1024, 0.02, 5.6)
     controller = NodController(AssemblerConfig(nod_mode='feedback', samples_per_sweep=4001))
-    clock = NodClock(NodShape(-0.6136, 0.6136, 4001), 1024)
+    lock = PhaseLock(NodShape(-0.6136, 0.6136, 4001), 1024)
     for number in range(20):  # whose clock is 100 ppm slow
         with pytest.raises(ParameterError, match='angle_increment'):
             run(
@@ -164,8 +164,8 @@ def test_a_lidar_that_sweeps_cannot_be_chosen_for_keeps_the_nod_in_its_phase():
                 since_ns=BEGIN_NS + number * 100_010_000,
                 beams=Beams(reversed_urg, REFERENCE_LASER_POSE),
             )
-        clock.add_scan(reversed_urg, BEGIN_NS + number * 100_010_000)
-        assert controller.command == (clock.nod, 0)
+        lock.add_scan(reversed_urg, BEGIN_NS + number * 100_010_000)
+        assert controller.command == (lock.nod, 0)
 
 
 @pytest.mark.parametrize('mode', ['coprime', 'feedback', 'interlaced'])

@@ -8,8 +8,8 @@ stays until limits or cells change, or the servo cannot hold it: it does not hun
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_assembler.control.phase_lock import NodShape
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check

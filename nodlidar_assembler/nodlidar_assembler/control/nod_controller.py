@@ -6,8 +6,8 @@ import math
 from nodlidar_assembler.clouds.geometry import Beams, revolution_time, ScanGeometry
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.lidar_view import LidarView
-from nodlidar_assembler.control.nod_clock import NodClock, NodShape
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock
 from nodlidar_assembler.control.takeover import Takeover
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
@@ -35,7 +35,7 @@ class NodController:
 
     def __init__(self, config: NodConfig) -> None:
         self.view = LidarView(config)
-        self._clock = NodClock(self.planned, config.steps_per_revolution)
+        self._lock = PhaseLock(self.planned, config.steps_per_revolution)
         self._sweeps: ChosenSweeps | None = None
         self._takeover: Takeover | None = None
 
@@ -48,16 +48,16 @@ class NodController:
     @property
     def shape(self) -> NodShape:
         """Limits and N_s at present."""
-        return self._clock.shape
+        return self._lock.shape
 
     @property
     def command(self) -> tuple[Nod, int] | None:
         """The nod and the instant from which it counts [ns]; None before the first scan."""
         if self._sweeps is not None:
             return self._sweeps.nod, self._sweeps.start_ns
-        if self._takeover is not None and self._clock.nod is not None:
-            return self._takeover.command(self._clock.nod)
-        return None if self._clock.nod is None else (self._clock.nod, 0)
+        if self._takeover is not None and self._lock.nod is not None:
+            return self._takeover.command(self._lock.nod)
+        return None if self._lock.nod is None else (self._lock.nod, 0)
 
     @property
     def round_time(self) -> float:
@@ -65,7 +65,7 @@ class NodController:
         return math.nan if self._sweeps is None else self._sweeps.round_time
 
     def add_scan(self, geometry: ScanGeometry, stamp_ns: int) -> None:
-        """Follow the lidar's clock; see NodClock.add_scan.
+        """Follow the lidar's clock; see PhaseLock.add_scan.
 
         When it restarts, so does the choice of sweeps: the last one may now begin far ahead. So it
         does when another lidar is seen, whose steps per revolution count then; a nod that took
@@ -73,13 +73,13 @@ class NodController:
         """
         if self._takeover is not None:
             self._takeover.approaching = False
-        lidar = self._clock.revolutions
+        lidar = self._lock.revolutions
         restarts = lidar.restarts
-        self._clock.add_scan(geometry, stamp_ns)
+        self._lock.add_scan(geometry, stamp_ns)
         looked = self.view.look(geometry)
         taken = self._takeover is not None
-        if looked and (taken or self.view.config.steps_per_revolution != self._clock.steps):
-            self._clock.steps = self.view.config.steps_per_revolution
+        if looked and (taken or self.view.config.steps_per_revolution != self._lock.steps):
+            self._lock.steps = self.view.config.steps_per_revolution
             lidar.restart(stamp_ns, revolution_time(geometry))
             shape = replace(self.shape, samples_per_sweep=self.view.config.samples_per_sweep)
             self._restart(self.planned if taken else shape, lidar.begin_ns)
@@ -88,7 +88,7 @@ class NodController:
 
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock was set by a step [ns]."""
-        self._clock.shift(step_ns)
+        self._lock.shift(step_ns)
         if self._sweeps is not None:
             self._sweeps.shift(step_ns)
         if self._takeover is not None:
@@ -120,7 +120,7 @@ class NodController:
             raise ParameterError('scan', 'received before the nod can be taken over', None)
         self._takeover = Takeover(present, shape, now_ns, self.view.config)
         self._sweeps = None
-        self._clock.begin(shape, self._takeover.place, self._takeover.begin_ns)
+        self._lock.begin(shape, self._takeover.place, self._takeover.begin_ns)
         return self._takeover.begin_ns
 
     def give_back(self, now_ns: int) -> None:
@@ -141,13 +141,13 @@ class NodController:
         If another nod took over, the planned one counts when it is given back.
         """
         self.view.plan(config)
-        self._clock.steps = self.view.config.steps_per_revolution
+        self._lock.steps = self.view.config.steps_per_revolution
         if self._takeover is None:
             self._restart(self.planned, now_ns)
 
     def _restart(self, shape: NodShape, now_ns: int) -> None:
         """Continue with the planned nod of a shape from the pitch at an instant [ns]."""
-        self._clock.change(shape, now_ns, self._nod_at(now_ns))
+        self._lock.change(shape, now_ns, self._nod_at(now_ns))
         self._sweeps = self._takeover = None
 
     def _nod_at(self, time_ns: int) -> Nod | None:
@@ -156,7 +156,7 @@ class NodController:
             return self._sweeps.nod_at(time_ns)
         if self._takeover is not None and time_ns < self._takeover.begin_ns:
             return self._takeover.approach
-        return self._clock.nod
+        return self._lock.nod
 
     def add_beams(
         self, stamp_ns: int, beams: Beams, pitch: NDArray[np.float64], now_ns: int
@@ -179,13 +179,13 @@ class NodController:
             see ChosenSweeps.choose and shortest_interlaced. The nod is then the planned one.
         """
         planned = self.view.config.nod_mode == 'coprime' or self._takeover is not None
-        if planned or self._clock.nod is None:
+        if planned or self._lock.nod is None:
             return False
         if self._sweeps is None:
-            self._sweeps = self._begin(self._clock.nod)
+            self._sweeps = self._begin(self._lock.nod)
         self._sweeps.add_beams(stamp_ns + beams.offset_ns, beams.azimuth, pitch)
         try:
-            return self._sweeps.choose(now_ns, self._clock.revolutions, beams.geometry)
+            return self._sweeps.choose(now_ns, self._lock.revolutions, beams.geometry)
         except ParameterError:
             self._sweeps = None
             raise

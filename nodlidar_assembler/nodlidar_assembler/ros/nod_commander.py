@@ -4,8 +4,8 @@ import math
 
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.nod_clock import NodShape
 from nodlidar_assembler.control.nod_controller import NodController
+from nodlidar_assembler.control.phase_lock import NodShape
 from nodlidar_assembler.inputs.stamp_clock import StampClock
 from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_common.errors import ParameterError

@@ -33,7 +33,7 @@ class NodShape:
         Nod(self.pitch_min, self.pitch_max, 1.0, self.samples_per_sweep, 0)
 
 
-class NodClock:
+class PhaseLock:
     """Keeps the nod command phase-locked to the lidar, by all scans so far.
 
     Parameters
