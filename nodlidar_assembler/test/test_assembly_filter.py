@@ -17,7 +17,7 @@ WARNING = f'scan dropped: {NO_ODOMETRY} (TF: no transform was heard)'
 SCAN, STATE = range(2)
 
 
-class VirtualHostClock:
+class VirtualClockWatch:
     """A clock that nobody sets."""
 
     def __init__(self):
@@ -55,7 +55,7 @@ class Bench:
     """An AssemblyFilter whose odometry never comes, its clock, and what came of the scans."""
 
     def __init__(self, **config):
-        self.clock, self.made, self.warnings = VirtualHostClock(), [], []
+        self.clock, self.made, self.warnings = VirtualClockWatch(), [], []
         self.inputs = Scans(), States()
         self.filter = AssemblyFilter(
             *self.inputs,

@@ -6,7 +6,7 @@ from message_filters import SimpleFilter
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler
-from nodlidar_assembler.ros.host_clock import HostClock, SETTLING_NS
+from nodlidar_assembler.ros.clock_watch import ClockWatch, SETTLING_NS
 from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.nod import NS_PER_S
@@ -52,7 +52,7 @@ class AssemblyFilter(SimpleFilter):
         scans: Input,
         states: PolledInput,
         config: AssemblerConfig,
-        clock: HostClock,
+        clock: ClockWatch,
         warn: Callable[[str], None],
         missing_odometry: Callable[[], str],
     ) -> None:

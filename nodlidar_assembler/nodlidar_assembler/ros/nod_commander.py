@@ -7,7 +7,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.control.phase_lock import NodShape
 from nodlidar_assembler.inputs.stamp_clock import StampClock
-from nodlidar_assembler.ros.host_clock import HostClock
+from nodlidar_assembler.ros.clock_watch import ClockWatch
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.ros.messages import nod_to_message
@@ -42,7 +42,7 @@ class NodCommander:
     """
 
     def __init__(
-        self, node: Node, config: AssemblerConfig, clock: HostClock, survival: Survival
+        self, node: Node, config: AssemblerConfig, clock: ClockWatch, survival: Survival
     ) -> None:
         self._node, self._config, self._clock = node, config, clock
         self.controller = NodController(config)

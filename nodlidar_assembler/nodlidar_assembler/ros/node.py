@@ -10,11 +10,11 @@ from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
+from nodlidar_assembler.ros.clock_watch import ClockWatch
 from nodlidar_assembler.ros.cloud_frames import CloudFrames
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_assembler.ros.coverage_report import CoverageReport
 from nodlidar_assembler.ros.diagnosis import Diagnosis
-from nodlidar_assembler.ros.host_clock import HostClock
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
 from nodlidar_assembler.ros.level_scan_publisher import LevelScanPublisher
 from nodlidar_assembler.ros.nod_commander import NodCommander
@@ -52,10 +52,10 @@ class Assembler(Node):
             check_change=self._check_change,
         )
         self.survival = Survival(self.get_logger().error)
-        self._host_clock = HostClock(self, self._clock_was_set)
+        self._clock_watch = ClockWatch(self, self._clock_was_set)
         self._nod = None
         if self.config.command_nod:
-            self._nod = NodCommander(self, self.config, self._host_clock, self.survival)
+            self._nod = NodCommander(self, self.config, self._clock_watch, self.survival)
         self._scene_monitor = SceneMonitor(self.config)
         self._clouds = self.create_publisher(
             PointCloud2,
@@ -98,7 +98,7 @@ class Assembler(Node):
             self.scans,
             self.states,
             self.config,
-            self._host_clock,
+            self._clock_watch,
             self._warn,
             self._missing_odometry,
         )
@@ -185,7 +185,7 @@ class Assembler(Node):
         for cloud in assembled.clouds:
             frame_id = self._frame_id(cloud, assembled.in_odometry)
             self._clouds.publish(cloud_message(cloud, frame_id))
-            self.diagnosis.cloud_published(self._host_clock.now_ns(), cloud)
+            self.diagnosis.cloud_published(self._clock_watch.now_ns(), cloud)
         # A region has the rows of a part of the nod: all above and below would seem to be free.
         if self._level_scan is not None and not self._region.is_busy:
             self._level_scan.add(assembled)

@@ -11,7 +11,7 @@ from rclpy.node import Node
 SETTLING_NS = NS_PER_S // 2
 
 
-class HostClock:
+class ClockWatch:
     """Detects steps of the clock by which messages are stamped.
 
     A step counts if the stamps make it, too: those of another machine do not.
