@@ -10,7 +10,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml', 'LICENSE']),
-        (f'share/{PACKAGE}/config', ['config/servo.yaml', 'config/trajectory.yaml']),
+        (f'share/{PACKAGE}/config', ['config/servo.yaml', 'config/joint_trajectory.yaml']),
     ],
     install_requires=['setuptools'],
     extras_require={'test': ['pytest']},  # so that colcon runs the tests with pytest
@@ -23,7 +23,7 @@ setup(
         'console_scripts': [
             'servo = nodlidar_servo.ros.node:main',
             'setup = nodlidar_servo.setup.command:main',
-            'trajectory = nodlidar_servo.ros.trajectory_node:main',
+            'joint_trajectory = nodlidar_servo.ros.trajectory_node:main',
         ]
     },
 )

@@ -18,7 +18,7 @@ from nodlidar_common.parameters import Limits, limits_of
 from nodlidar_driver.config import DriverConfig, LdrobotConfig
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_servo.device.config import ServoConfig
-from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_viewer.config import ViewerConfig
 import yaml
 
@@ -28,7 +28,7 @@ NODES = {
     'driver': (DriverConfig,),
     'ldrobot': (LdrobotConfig,),
     'servo': (ServoConfig,),
-    'trajectory': (TrajectoryConfig,),
+    'joint_trajectory': (TrajectoryConfig,),
     'mapper': (MapperConfig,),
     'viewer': (ViewerConfig,),
 }
@@ -50,11 +50,11 @@ LEFT_TO_LAUNCH = {
     'driver': set(),
     'ldrobot': set(),
     'servo': {'feedback_rate'},
-    'trajectory': set(),
+    'joint_trajectory': set(),
     'mapper': set(),
     'viewer': set(),
 }
-IN_PACKAGE_OF = {'trajectory': 'servo', 'ldrobot': 'driver'}  # a second node of a package
+IN_PACKAGE_OF = {'joint_trajectory': 'servo', 'ldrobot': 'driver'}  # a second node of a package
 WIDTH = 99
 
 

@@ -22,7 +22,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.output.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
-from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.emulate import LIDARS, SERVOS
 from nodlidar_sim.world.scene import load_scene

@@ -10,7 +10,7 @@ from nodlidar_driver.config import DriverConfig
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_planner.plan_scan.options import Request
 from nodlidar_servo.device.config import ServoConfig
-from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_viewer.config import ViewerConfig
 import pytest
 

@@ -29,8 +29,8 @@ from nodlidar_common.nod import Nod
 from nodlidar_common.parameters import limits_of, misspelt
 from nodlidar_planner.pattern.servo import MAX_SPEEDS, shortest_by_mean_speed
 from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.models.models import MODELS
-from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.servo_models import EMULATED
 import numpy as np
 import pytest

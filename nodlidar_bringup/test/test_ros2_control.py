@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 from launch import LaunchContext
 from nodlidar_bringup.ros import sensor
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
-from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.controlled_joint import UPDATE_RATE
 import pytest
 import rclpy

@@ -30,7 +30,7 @@ def executables(monkeypatch):
     [
         ('', ['driver', 'servo', 'robot_state_publisher', 'assembler']),
         ('XL430-W250', ['driver', 'servo', 'robot_state_publisher', 'assembler']),
-        ('trajectory', ['driver', 'trajectory', 'robot_state_publisher', 'assembler']),
+        ('trajectory', ['driver', 'joint_trajectory', 'robot_state_publisher', 'assembler']),
         ('none', ['driver', 'robot_state_publisher', 'assembler']),
     ],
 )
@@ -50,7 +50,7 @@ def test_two_machines_share_the_nodes(executables, hardware):
 
 def test_a_robot_whose_description_has_the_sensor_publishes_it_itself(executables):
     nodes = executables(hardware='real', servo='trajectory', description='none')
-    assert nodes == ['driver', 'trajectory', 'assembler']
+    assert nodes == ['driver', 'joint_trajectory', 'assembler']
 
 
 @pytest.mark.parametrize('lidar', ['none', 'rplidar'])

@@ -246,8 +246,8 @@ def test_setup(command, tmp_path, capsys):
     assert f'servo:=XL430-W250 servo_port:={ports["servo"]}' in shown
 
 
-@starting('ros2', 'run', 'nodlidar_servo', 'trajectory')
-def test_trajectory(command):
+@starting('ros2', 'run', 'nodlidar_servo', 'joint_trajectory')
+def test_joint_trajectory(command):
     runs_until_interrupted(command, 'trying again')
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.nod import Nod
-from nodlidar_servo.trajectory.joint_sample import JointSamples
+from nodlidar_servo.joint_trajectory.joint_sample import JointSamples
 import numpy as np
 import pytest
 

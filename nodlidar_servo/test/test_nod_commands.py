@@ -3,8 +3,8 @@ import math
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.nod.nod_commands import NodCommands
-from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 import pytest
 
 SECOND = 1_000_000_000

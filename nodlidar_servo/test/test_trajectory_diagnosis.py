@@ -1,12 +1,12 @@
 """By when a joint of ros2_control has to follow: five of its sweeps, or five seconds and one."""
 
-from nodlidar_servo.nod.nod_commands import NodCommands
-from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
-from nodlidar_servo.trajectory.trajectory_diagnosis import (
+from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_servo.joint_trajectory.trajectory_diagnosis import (
     NodJointState,
     OffNod,
     TrajectoryDiagnosis,
 )
+from nodlidar_servo.nod.nod_commands import NodCommands
 import pytest
 
 S = 10**9

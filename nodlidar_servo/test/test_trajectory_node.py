@@ -14,9 +14,9 @@ from nodlidar_common.ros.messages import nod_to_message, time_message
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
+from nodlidar_servo.joint_trajectory.joint_sample import JointSample, JointSamples
+from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.ros.trajectory_node import add_state, TrajectoryNode
-from nodlidar_servo.trajectory.joint_sample import JointSample, JointSamples
-from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.trajectory_controller import TrajectoryController, TrajectoryError
 from nodlidar_sim.ros.joint_controller import trajectory_of
 import pytest

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from nodlidar_common.dynamics import cruising_speed, Dynamics
 from nodlidar_common.nod import Nod
 from nodlidar_common.tracking import NodTracker
-from nodlidar_servo.trajectory.waypoints import held, leg, Planner, stop, Waypoint
+from nodlidar_servo.joint_trajectory.waypoints import held, leg, Planner, stop, Waypoint
 from nodlidar_sim.devices.trajectory_controller import Trajectory, TrajectoryController
 import numpy as np
 import pytest

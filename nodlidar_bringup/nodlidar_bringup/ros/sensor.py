@@ -203,7 +203,7 @@ class Sensor:
         own = {'joint_name': text(self.frame('nod_joint')), 'autostart': True}
         model, executable = self.values['servo'], 'servo'
         if model == 'trajectory':
-            executable = model
+            executable = 'joint_trajectory'
         else:
             own['port'] = text(self.port('servo'))
             if model:
@@ -218,7 +218,9 @@ class Sensor:
 
     def servo_file(self) -> str:
         """Return the parameter file of the servo's node."""
-        return self.file_or('servo_params', 'trajectory', self.values['servo'] == 'trajectory')
+        return self.file_or(
+            'servo_params', 'joint_trajectory', self.values['servo'] == 'trajectory'
+        )
 
     @cached_property
     def servo_config(self) -> Any:

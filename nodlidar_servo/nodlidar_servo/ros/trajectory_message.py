@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from builtin_interfaces.msg import Duration
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
-from nodlidar_servo.trajectory.waypoints import Waypoint
+from nodlidar_servo.joint_trajectory.waypoints import Waypoint
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 

@@ -16,13 +16,13 @@ from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.tracking import Drive, NodTracker, Progress
+from nodlidar_servo.joint_trajectory.joint_sample import JointSample, JointSamples, JointStamps
+from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_servo.joint_trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
+from nodlidar_servo.joint_trajectory.waypoints import held, is_within, Planner, stop
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.ros.trajectory_message import trajectory_message
-from nodlidar_servo.trajectory.joint_sample import JointSample, JointSamples, JointStamps
-from nodlidar_servo.trajectory.trajectory_config import TrajectoryConfig
-from nodlidar_servo.trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
-from nodlidar_servo.trajectory.waypoints import held, is_within, Planner, stop
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
