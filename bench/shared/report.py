@@ -37,7 +37,7 @@ def table(title: str, rows: list[Row], width: int = 80) -> Table:
     """
     layouts = (_upright(rows), _upright(rows, broken=True), _turned(rows))
     result = next((each for each in layouts if _fits(each, width)), _one_by_one(rows))
-    result.title = title
+    result.title = escape(title)  # units are in brackets
     return result
 
 

@@ -93,6 +93,7 @@ def test_a_table_of_80_columns_cuts_no_heading_and_no_value(name):
     assert max(map(len, text.splitlines())) <= 80
     # Breaks and frames aside, all is there: as often as it is in the rows.
     printed = ''.join(text.split()).translate(dict.fromkeys(map(ord, '│─┃━')))
+    assert printed.startswith(''.join(found['title'].split()))
     for row in found['rows']:
         for cell in (*row, *map(report.in_words, row.values())):
             for word in cell.split():
