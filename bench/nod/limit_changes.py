@@ -7,7 +7,7 @@ has its own sweep.
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.control.phase_lock import NodShape
+from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_common.nod import Nod, NS_PER_S
 import numpy as np
 

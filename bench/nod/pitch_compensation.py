@@ -22,7 +22,8 @@ from itertools import product
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, PipelineConfig, Scan
-from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock
+from nodlidar_assembler.control.nod_shape import NodShape
+from nodlidar_assembler.control.phase_lock import PhaseLock
 from nodlidar_assembler.control.pitch_limits import (
     limits_at,
     PitchLimitsConfig,

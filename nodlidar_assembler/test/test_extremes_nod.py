@@ -4,7 +4,8 @@ from fractions import Fraction
 import math
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
-from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock
+from nodlidar_assembler.control.nod_shape import NodShape
+from nodlidar_assembler.control.phase_lock import PhaseLock
 from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
 import pytest

@@ -8,7 +8,8 @@ import math
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
-from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock
+from nodlidar_assembler.control.nod_shape import NodShape
+from nodlidar_assembler.control.phase_lock import PhaseLock
 from nodlidar_common.errors import ParameterError
 import numpy as np
 import pytest

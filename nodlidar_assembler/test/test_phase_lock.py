@@ -6,7 +6,8 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.geometry import ScanGeometry
-from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock, revolutions_to
+from nodlidar_assembler.control.nod_shape import NodShape
+from nodlidar_assembler.control.phase_lock import PhaseLock, revolutions_to
 from nodlidar_common.errors import ParameterError
 import numpy as np
 import pytest

@@ -9,7 +9,7 @@ from dataclasses import replace
 import math
 
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_assembler.control.phase_lock import NodShape
+from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check

@@ -7,7 +7,8 @@ from nodlidar_assembler.clouds.geometry import Beams, revolution_time, ScanGeome
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_assembler.control.phase_lock import NodShape, PhaseLock
+from nodlidar_assembler.control.nod_shape import NodShape
+from nodlidar_assembler.control.phase_lock import PhaseLock
 from nodlidar_assembler.control.takeover import Takeover
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod

@@ -6,31 +6,13 @@ samples of N_s revolutions hit every cell of the finest grid exactly once (docs/
 pattern").
 """
 
-from dataclasses import dataclass
 import math
 
 from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
+from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.inputs.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
-
-
-@dataclass(frozen=True, slots=True)
-class NodShape:
-    """Limits [rad] and N_s of a nod.
-
-    Raises
-    ------
-    ParameterError
-        If they are not those of a nod.
-    """
-
-    pitch_min: float
-    pitch_max: float
-    samples_per_sweep: int
-
-    def __post_init__(self) -> None:
-        Nod(self.pitch_min, self.pitch_max, 1.0, self.samples_per_sweep, 0)
 
 
 class PhaseLock:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields, replace
 import math
 
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_assembler.control.phase_lock import NodShape
+from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_common.dynamics import check_pitch
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_planner.choice.timing_error import completion_run

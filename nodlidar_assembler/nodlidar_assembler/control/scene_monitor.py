@@ -7,12 +7,12 @@ from nodlidar_assembler.clouds.geometry import LaserPoseConfig, revolution_time
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_adaptation import NodAdaptation
+from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.control.observed_coverage import (
     Covered,
     MAX_FINEST_CELLS,
     ObservedCoverage,
 )
-from nodlidar_assembler.control.phase_lock import NodShape
 from nodlidar_assembler.control.pitch_limits import (
     PitchLimits,
     PitchLimitsConfig,

@@ -1,7 +1,7 @@
 """The way from the present nod to one that takes over."""
 
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_assembler.control.phase_lock import NodShape
+from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_planner.pattern.servo import shortest_by_mean_speed
 

@@ -5,7 +5,7 @@ import math
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
-from nodlidar_assembler.control.phase_lock import NodShape
+from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.inputs.stamp_clock import StampClock
 from nodlidar_assembler.ros.clock_watch import ClockWatch
 from nodlidar_common.errors import ParameterError
