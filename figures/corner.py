@@ -9,7 +9,7 @@ from nodlidar_assembler.clouds.points import Points
 from nodlidar_demo.evaluation import (
     FAR,
     near_beams,
-    points_of,
+    points_of_log,
     simulated_log,
     surface_rms,
 )
@@ -40,7 +40,7 @@ def draw(folder: Path, console: Console) -> Table:
     rows: list[Row] = []
     figure, axes = plt.subplots(1, len(SHOWN), figsize=(8.0, 5.0), sharex=True, sharey=True)
     for estimator in ESTIMATORS:
-        points = points_of(near, estimator)
+        points = points_of_log(near, estimator)
         rms, error = (
             surface_rms(points, simulated.world),
             pitch_rms(simulated, PitchEstimator(EstimatorConfig(estimator=estimator))),

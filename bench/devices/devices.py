@@ -15,7 +15,7 @@ from nodlidar_bringup.ros.launch_arguments import BEST_EFFORT, share
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor
 from nodlidar_common.parameter_file import file_values
 from nodlidar_demo.delivery import read_delivery
-from nodlidar_demo.evaluation import near_beams, points_of, surface_rms
+from nodlidar_demo.evaluation import near_beams, points_of_log, surface_rms
 from nodlidar_demo.ros.demonstration import MIXED_PIXEL_ANGLE, record
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
 from nodlidar_sim.emulate import LIDARS, SERVOS
@@ -68,7 +68,7 @@ def _measured(servo: str, lidar: str, is_ideal: bool) -> dict[str, float]:
         log = read_bag(bag, others or AssemblerConfig())
         phase, latency = phase_errors(bag), read_delivery(bag, others).latency
     world = World(load_scene(SCENE, ideal=is_ideal), IdealServo(), start_ns=log.scans[0].stamp_ns)
-    points = points_of(near_beams(log), 'slerp', MIXED_PIXEL_ANGLE)
+    points = points_of_log(near_beams(log), 'slerp', MIXED_PIXEL_ANGLE)
     elapsed = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / 1e9
     return {
         'rms': surface_rms(points, world) * 1e3,

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 from nodlidar_common.parameters import limits_of
-from nodlidar_demo.evaluation import points_of, simulated_drive, simulated_log
+from nodlidar_demo.evaluation import points_of_log, simulated_drive, simulated_log
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.lidar_section import load_lidar
@@ -156,7 +156,7 @@ def figures(simulated: Recording) -> Figures:
     """Return the figures of a recording whose points are assembled as in the node."""
     scene = simulated.world.scene
     log = simulated_drive(simulated) if scene.drives else simulated_log(simulated)
-    points = points_of(log, 'slerp').xyz
+    points = points_of_log(log, 'slerp').xyz
     some = points[::THINNING] if scene.drives else scene.mount.to_parent(points[::THINNING])
     in_world = to_space(np.array(scene.base_start)).to_parent(some)
     distance = scene.surfaces.surface_distance(in_world)

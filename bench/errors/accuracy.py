@@ -11,7 +11,7 @@ from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATOR
 from nodlidar_demo.evaluation import (
     FAR,
     near_beams,
-    points_of,
+    points_of_log,
     simulated_log,
     surface_rms,
 )
@@ -102,7 +102,7 @@ def _run(sensor: SensorModel, seed: int) -> dict[str, dict[str, float]]:
 def points_rms(simulated: Recording, estimator: str, mixed_pixel_angle: float = 0.0) -> float:
     """Return the RMS distance [m] of the points to the true surfaces, of beams up to FAR."""
     log = near_beams(simulated_log(simulated))
-    return surface_rms(points_of(log, estimator, mixed_pixel_angle), simulated.world)
+    return surface_rms(points_of_log(log, estimator, mixed_pixel_angle), simulated.world)
 
 
 def pitch_rms(simulated: Recording, estimator: PitchEstimator) -> float:

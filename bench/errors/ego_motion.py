@@ -11,7 +11,7 @@ from nodlidar_demo.evaluation import (
     FAR,
     moved_surface_rms,
     near_beams,
-    points_of,
+    points_of_log,
     simulated_drive,
     simulated_log,
     simulated_odometry,
@@ -57,7 +57,7 @@ def beam_rms(
 ) -> float:
     """Return the RMS distance of the points to the surfaces [m], with a pose for each beam."""
     log = near_beams(simulated_drive(simulated))
-    points = points_of(log, estimator, mixed_pixel_angle)
+    points = points_of_log(log, estimator, mixed_pixel_angle)
     return moved_surface_rms(points.xyz, points.time_ns, simulated.world)
 
 
@@ -69,7 +69,7 @@ def scan_rms(
     instant: float,
 ) -> float:
     """Return the same with one pose per scan: that at a share of its duration, 0 .. 1."""
-    points = points_of(near_beams(simulated_log(simulated)), estimator, mixed_pixel_angle)
+    points = points_of_log(near_beams(simulated_log(simulated)), estimator, mixed_pixel_angle)
     duration_ns = simulated.true_time_ns[:, -1] - simulated.scan_stamp_ns
     posed_ns = simulated.scan_stamp_ns + np.rint(instant * duration_ns).astype(np.int64)
     scan = np.searchsorted(simulated.scan_stamp_ns, points.time_ns, side='right') - 1

@@ -18,7 +18,7 @@ from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_demo.evaluation import (
     FAR,
     near_beams,
-    points_of,
+    points_of_log,
     simulated_log,
     surface_rms,
 )
@@ -212,7 +212,7 @@ def _cloud_row(recording: Recording, queries: Floats) -> Row:
 
 
 def _cloud(recording: Recording) -> Points:
-    return points_of(near_beams(simulated_log(recording)), 'slerp', MIXED_PIXEL_ANGLE)
+    return points_of_log(near_beams(simulated_log(recording)), 'slerp', MIXED_PIXEL_ANGLE)
 
 
 def _mark_fronts(rows: Sequence[Row]) -> None:

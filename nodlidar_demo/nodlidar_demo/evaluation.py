@@ -27,7 +27,7 @@ class EvaluationError(NodlidarError):
     """A log without points."""
 
 
-def points_of(log: SensorLog, estimator: str, mixed_pixel_angle: float = 0.0) -> Points:
+def points_of_log(log: SensorLog, estimator: str, mixed_pixel_angle: float = 0.0) -> Points:
     """Return all points of a log; raises EvaluationError if there are none."""
     config = PipelineConfig(estimator=estimator, mixed_pixel_angle=mixed_pixel_angle)
     clouds, drops = assemble_log(log, config)

@@ -9,7 +9,7 @@ from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import (
     moved_surface_rms,
     near_beams,
-    points_of,
+    points_of_log,
     simulated_log,
     simulated_odometry,
 )
@@ -35,7 +35,7 @@ def driving():
 
 def beam_rms(simulated, odometry):
     log = replace(near_beams(simulated_log(simulated)), odometry=odometry)
-    points = points_of(log, 'slerp')
+    points = points_of_log(log, 'slerp')
     return moved_surface_rms(points.xyz, points.time_ns, simulated.world)
 
 
@@ -48,7 +48,7 @@ def test_a_driving_robot_is_at_most_1_2_times_as_inexact_as_a_standing_one(drivi
 def test_one_pose_per_scan_is_at_least_3_times_worse(driving):
     odometry = simulated_odometry(driving)
     middle_ns = driving.true_time_ns[:, 341]
-    points = points_of(near_beams(simulated_log(driving)), 'slerp')
+    points = points_of_log(near_beams(simulated_log(driving)), 'slerp')
     scan = np.searchsorted(driving.scan_stamp_ns, points.time_ns, side='right') - 1
     xyz = odometry.at(middle_ns, OdometryConfig())[scan].to_parent(points.xyz)
     rms = moved_surface_rms(xyz, points.time_ns, driving.world)

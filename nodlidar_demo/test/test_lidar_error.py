@@ -4,7 +4,7 @@ from dataclasses import replace
 import math
 
 from nodlidar_common.nod import Nod
-from nodlidar_demo.evaluation import lidar_rms, points_of, simulated_log, surface_rms
+from nodlidar_demo.evaluation import lidar_rms, points_of_log, simulated_log, surface_rms
 from nodlidar_demo.report import Distances, rms_table
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters
@@ -38,7 +38,7 @@ def test_estimator_and_lidar_add_up_in_squares():
     noisy, ideal = (simulate(replace(room, lidar=each), NOD, 6.0) for each in (lidar, room.lidar))
     log = simulated_log(noisy)
     whole, alone = (
-        surface_rms(points_of(simulated_log(one), 'ends'), one.world) for one in (noisy, ideal)
+        surface_rms(points_of_log(simulated_log(one), 'ends'), one.world) for one in (noisy, ideal)
     )
     own = lidar_rms(log, noisy.world.scene, 0)
     assert math.hypot(own, alone) == pytest.approx(whole, rel=0.05)

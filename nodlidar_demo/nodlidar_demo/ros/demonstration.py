@@ -22,7 +22,7 @@ from nodlidar_demo.evaluation import (
     lidar_rms,
     moved_surface_rms,
     near_beams,
-    points_of,
+    points_of_log,
     surface_rms,
 )
 from nodlidar_demo.options import bag_folder, check_duration
@@ -105,7 +105,7 @@ def _measured(bag: Path, scene: Scene) -> tuple[SensorLog, Distances]:
     world = World(scene, IdealServo(), start_ns=start_ns)
     lidar = 0.0 if scene.lidar.ideal else lidar_rms(near, scene, start_ns, MIXED_PIXEL_ANGLE)
     rms, filtered = (
-        {e: surface_rms(points_of(near, e, angle), world) for e in ESTIMATORS}
+        {e: surface_rms(points_of_log(near, e, angle), world) for e in ESTIMATORS}
         for angle in (0.0, MIXED_PIXEL_ANGLE)
     )
     rms_by_odometry = {}
@@ -116,13 +116,13 @@ def _measured(bag: Path, scene: Scene) -> tuple[SensorLog, Distances]:
 
 
 def _moved_rms(log: SensorLog, estimator: str, world: World) -> float:
-    points = points_of(log, estimator)
+    points = points_of_log(log, estimator)
     return moved_surface_rms(points.xyz, points.time_ns, world)
 
 
 def _draw(log: SensorLog, scene: Scene, output: Path, title: str) -> None:
     """Write a log's points without mixed pixels, and draw them as seen from the sensor's start."""
-    points = points_of(log, 'slerp', MIXED_PIXEL_ANGLE)
+    points = points_of_log(log, 'slerp', MIXED_PIXEL_ANGLE)
     with open_output(output / 'cloud.ply', AssemblerConfig()) as file:
         file.write(points, 'odom' if scene.drives else 'nodlidar_base_link', points.time_ns[-1])
     xyz = scene.mount.to_child(points.xyz) if scene.drives else points.xyz
