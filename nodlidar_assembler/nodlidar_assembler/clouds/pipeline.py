@@ -129,10 +129,11 @@ class Pipeline:
 
     def __init__(self, config: PipelineConfig) -> None:
         self.mixed_pixels = 0
+        # One configuration; each name has the type of what reads it.
         self._filter: MixedPixelConfig = config
         self._sigma: SigmaConfig = config
-        self.estimator = PitchEstimator(config)
         self._motion_limits: OdometryConfig = config
+        self.estimator = PitchEstimator(config)
         self._laser_pose, self._elevation = config.laser_pose, config.beam_elevation
         self._deskews, self._deskew_to = config.ego_motion == 'deskew', config.deskew_to
         self._moved_point = POINT if config.time_in_compensated_clouds else MOVED_POINT
