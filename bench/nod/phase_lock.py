@@ -27,18 +27,18 @@ from bench.nod.servo_rig import (
     Tied,
     TRUE_BEAM_NS,
 )
-from bench.shared.reference import REFERENCE_N_S, SPAN, START_NS
+from bench.shared.reference import DEFAULT_N_S, SPAN, START_NS
 from bench.shared.report import Row
 from bench.shared.rms import means, rms
 
 DURATION = 120.0
 SEEDS = range(4)  # of the servos; figures are means over them
-NOMINAL_SPEED = SPAN / (REFERENCE_N_S * 0.1 / 1024)
+NOMINAL_SPEED = SPAN / (DEFAULT_N_S * 0.1 / 1024)
 
 
 def locked(rig: Rig) -> Callable[[], object]:
     """Return a cycle of the servo that follows a nod tied to the lidar."""
-    return Tied(rig, seed=1).cycle
+    return Tied(rig, seed=1, samples_per_sweep=DEFAULT_N_S).cycle
 
 
 def by_speed_commands(rig: Rig) -> Callable[[], object]:
@@ -65,7 +65,7 @@ LOOPS: list[tuple[str, str, Faults | ServoParameters, float]] = [
     ('speed commands only', 'RX-24F by physics', RX24F, LATENCY_TIMER),
 ]
 TITLE = (
-    f'Phase of the nod to the lidar, {DURATION:.0f} s at N_s = {REFERENCE_N_S}, '
+    f'Phase of the nod to the lidar, {DURATION:.0f} s at N_s = {DEFAULT_N_S}, '
     f'lidar {LIDAR_PPM:.0f} ppm off'
 )
 
@@ -94,7 +94,7 @@ def figures(rig: Rig) -> Row:
     early, late = reversals_ns - reversals_ns[0] < 60e9, reversals_ns[-1] - reversals_ns < 60e9
     slope = float(np.polyfit(np.arange(len(beams)), beams, 1)[0])
     return {
-        f'measured N_s, less {REFERENCE_N_S}': slope - REFERENCE_N_S,
+        f'measured N_s, less {DEFAULT_N_S}': slope - DEFAULT_N_S,
         'reversals late, RMS of the first minute [ms]': rms(error[early]) * 1e3,
         'last minute [ms]': rms(error[late]) * 1e3,
         'mean of it [ms]': float(error[late].mean()) * 1e3,
@@ -105,7 +105,7 @@ def figures(rig: Rig) -> Row:
 def _lateness(instants_ns: NDArray[np.int64], place: float) -> NDArray[np.float64]:
     """Return how late instants at a place of each leg are [s]."""
     beams = (instants_ns - START_NS) / TRUE_BEAM_NS + 0.5
-    first = round(beams[0] / REFERENCE_N_S - place)
+    first = round(beams[0] / DEFAULT_N_S - place)
     legs = first + np.arange(len(beams)) + place
-    late: NDArray[np.float64] = (beams - legs * REFERENCE_N_S) * TRUE_BEAM_NS / NS_PER_S
+    late: NDArray[np.float64] = (beams - legs * DEFAULT_N_S) * TRUE_BEAM_NS / NS_PER_S
     return late

@@ -122,8 +122,8 @@ class Rig:
 class Tied:
     """Scans of the lidar, the nod that is tied to them, and the servo that follows it."""
 
-    def __init__(self, rig: Rig, seed: int) -> None:
-        self.nod = PhaseLock(NodShape(-SPAN / 2, SPAN / 2, REFERENCE_N_S), 1024)
+    def __init__(self, rig: Rig, seed: int, samples_per_sweep: int = REFERENCE_N_S) -> None:
+        self.nod = PhaseLock(NodShape(-SPAN / 2, SPAN / 2, samples_per_sweep), 1024)
         self._rig = rig
         self._rng = np.random.default_rng(seed)
         self._revolution = 0
