@@ -17,7 +17,7 @@ from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.live import load
 from nodlidar_mapper.mapper import FIRST
-from nodlidar_mapper.ros import kept_map, map_output, messages
+from nodlidar_mapper.ros import diagnosis, kept_map, map_output, messages
 from nodlidar_mapper.ros.cloud_input import BUSY, LOST, MOST_FRAMES, MOST_READY, NO_ODOMETRY
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_msgs.srv import MapFolder
@@ -103,8 +103,11 @@ class Robot(Node):
         points = Surface(*np.ones((2, 9, 3)))
         self._clouds.publish(messages.surface_message(points, 0, 'base_link'))
 
+    def reports(self):
+        return [status for m in self.heard['/diagnostics'] for status in m.status]
+
     def words(self):
-        return [s.message for m in self.heard['/diagnostics'] for s in m.status]
+        return [status.message for status in self.reports()]
 
 
 @pytest.fixture
@@ -372,11 +375,57 @@ def test_a_mapper_without_odometry_is_an_error(running):
     robot.send_cloud(0, np.eye(4))
 
     def levels():
-        states = [state for message in robot.heard['/diagnostics'] for state in message.status]
-        return [state.level for state in states if 'no odometry' in state.message]
+        return [state.level for state in robot.reports() if 'no odometry' in state.message]
 
     until(levels)
     assert levels()[-1] == DiagnosticStatus.ERROR
+
+
+def unused(robot):
+    return [each for each in robot.reports() if 'no cloud was used for' in each.message]
+
+
+def send_in_odom(robot):
+    robot.send_cloud(2.0, np.eye(4), 'odom')
+
+
+def send_without_odometry(robot):
+    robot.send_cloud(50.0, np.eye(4))
+
+
+def send_malformed(robot):
+    robot.send_malformed(1.0)  # two of them
+
+
+@pytest.mark.parametrize('send', [send_in_odom, send_without_odometry, send_malformed])
+def test_that_all_clouds_are_dropped_is_an_error_until_one_is_used(running, send, monkeypatch):
+    robot, mapper, until = running
+    match(running, 0, np.eye(4), np.eye(4))
+    monkeypatch.setattr(diagnosis, 'UNUSED', 0.0)
+    for count in (1, 2):
+        send(robot)
+        until(lambda count=count: mapper.clouds.drops.total() >= count)
+    until(lambda: unused(robot))
+    assert unused(robot)[-1].level == DiagnosticStatus.ERROR
+    match(running, 1, np.eye(4), np.eye(4))
+    robot.heard['/diagnostics'].clear()
+    until(robot.reports)
+    assert not unused(robot)
+    assert robot.reports()[-1].level < DiagnosticStatus.ERROR
+
+
+def test_single_clouds_that_are_dropped_are_no_error(running, monkeypatch):
+    robot, mapper, until = running
+    monkeypatch.setattr(diagnosis, 'UNUSED', 0.0)
+    for k in range(3):
+        send_in_odom(robot)
+        until(lambda count=k + 1: mapper.clouds.drops.total() == count)
+        match(running, k, np.eye(4), np.eye(4))
+    send_in_odom(robot)
+    until(lambda: mapper.clouds.drops.total() == 4)
+    robot.heard['/diagnostics'].clear()
+    until(robot.reports)
+    assert not unused(robot)
 
 
 def test_a_second_publisher_of_clouds_is_named(running):

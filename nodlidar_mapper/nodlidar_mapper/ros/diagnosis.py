@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nodlidar_mapper.ros.node import MapperNode
 
 RECENT = 5.0  # s, for which a drop is reported
+UNUSED = 3.0  # s, in which all clouds were dropped
 
 
 class Diagnosis:
@@ -43,7 +44,8 @@ class Diagnosis:
     def _state(self) -> object:
         self._note_drops()
         silent = list(self._silent()), self._unheard()
-        return silent, self._lost(), bool(self._recent.counts), self._shared()
+        dropped = bool(self._recent.counts), self._node.clouds.unused > UNUSED
+        return silent, self._lost(), dropped, self._shared()
 
     def _silent(self) -> dict[str, float]:
         """Return since when there is no cloud [s], for each topic that is silent."""
@@ -111,6 +113,9 @@ class Diagnosis:
             status.summary(DiagnosticStatus.ERROR, text)
         for topic, silent in self._silent().items():
             status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud on {topic} for {silent:.1f} s')
+        if node.clouds.unused > UNUSED:
+            text = f'no cloud was used for {node.clouds.unused:.0f} s'
+            status.mergeSummary(DiagnosticStatus.ERROR, text)
         for topic in self._unheard():
             status.mergeSummary(DiagnosticStatus.WARN, f'no cloud on {topic} yet')
         for text in self._shared():
