@@ -1,12 +1,14 @@
 """The node with clouds of a room: the map, services, and what goes wrong."""
 
 from dataclasses import replace
+from pathlib import Path
 import threading
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav_msgs.msg import OccupancyGrid, Path
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Path as PathMessage
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.pose import Pose
 from nodlidar_common.ros.executor import Executor
@@ -17,6 +19,7 @@ from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.live import load
 from nodlidar_mapper.mapper import FIRST
+from nodlidar_mapper.output import saved_map
 from nodlidar_mapper.ros import diagnosis, kept_map, map_output, messages
 from nodlidar_mapper.ros.cloud_input import BUSY, LOST, MOST_FRAMES, MOST_READY, NO_ODOMETRY
 from nodlidar_mapper.ros.node import MapperNode
@@ -35,6 +38,7 @@ from tf2_ros import Buffer, TransformBroadcaster, TransformListener
 LONGEST = 60.0  # s; only a failing test waits so long
 START_NS = 1_700_000_000 * 10**9
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+FILES = {'keyframes.npz', 'map.pgm', 'map.png', 'map.ply', 'map.yaml', 'trajectory.txt'}
 DRIFT = planar(0.05, -0.04, 0.02)  # of odometry, between the first cloud and the others
 
 
@@ -53,7 +57,7 @@ class Robot(Node):
         for kind, topic, qos in [
             (PoseWithCovarianceStamped, 'pose', 10),
             (OccupancyGrid, 'map', LATCHED),
-            (Path, 'path', LATCHED),
+            (PathMessage, 'path', LATCHED),
             (DiagnosticArray, '/diagnostics', 10),
         ]:
             self.create_subscription(kind, topic, self.heard[topic].append, qos)
@@ -195,15 +199,7 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path, monkeypatch):
     saved = call(robot, until, 'save_map', 'map')
     assert saved.success, saved.message
     assert saved.message.endswith(f"points saved in '{tmp_path / 'map'}'")
-    names = {path.name for path in (tmp_path / 'map').iterdir()}
-    assert names == {
-        'keyframes.npz',
-        'map.pgm',
-        'map.png',
-        'map.ply',
-        'map.yaml',
-        'trajectory.txt',
-    }
+    assert {path.name for path in (tmp_path / 'map').iterdir()} == FILES
     # The robot was carried while the mapper had another map: it is found by its clouds.
     loaded = call(robot, until, 'load_map', tmp_path / 'map')
     assert loaded.success, loaded.message
@@ -261,9 +257,14 @@ def test_the_map_is_saved_when_the_node_ends_and_never_over_another_one(running,
     mapper.output.end()  # of a node without a map: there is nothing to save
     assert not [*(tmp_path / 'maps').iterdir()]
     drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
-    mapper.output.end()
+    written, write = [], saved_map.whole_file
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(saved_map, 'whole_file', lambda path: written.append(path) or write(path))
+        mapper.output.end()
     (folder,) = (tmp_path / 'maps').iterdir()
     assert len(load(folder, mapper.config).mapper.keyframes) == 1
+    assert {path.name for path in folder.iterdir()} == FILES
+    assert written == [Path('maps') / folder.name / 'keyframes.npz']  # once
 
 
 @pytest.mark.parametrize('running', [['-p', 'save_folder:=maps']], indirect=True)
@@ -284,7 +285,7 @@ def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
     mapper.output._kept._after_ns = 2**63
     drive(running, 2, [planar(0.6, 0.0, 0.0)], [planar(0.6, 0.0, 0.0)])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kept_map, 'save', lambda *_: 1 / 0)  # killed while it saves the rest
+        patch.setattr(kept_map, 'save', lambda *_, **__: 1 / 0)  # killed while it saves the rest
         with pytest.raises(ZeroDivisionError):
             mapper.output.end()
     assert saved() == [file]
