@@ -20,8 +20,15 @@ from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.live import load
 from nodlidar_mapper.mapper import FIRST
 from nodlidar_mapper.output import saved_map
-from nodlidar_mapper.ros import diagnosis, kept_map, map_output, messages
-from nodlidar_mapper.ros.cloud_input import BUSY, LOST, MOST_FRAMES, MOST_READY, NO_ODOMETRY
+from nodlidar_mapper.ros import cloud_input, diagnosis, kept_map, map_output, messages
+from nodlidar_mapper.ros.cloud_input import (
+    BUSY,
+    LOST,
+    MOST_FRAMES,
+    MOST_READY,
+    NO_ODOMETRY,
+    OF_OTHERS,
+)
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_msgs.srv import MapFolder
 import numpy as np
@@ -81,12 +88,12 @@ class Robot(Node):
             transform = transform_message(sent_ns, 'odom', 'base_link', place)
             self._tf.sendTransform(transform)
 
-    def send_cloud(self, seconds, pose, frame='base_link'):
+    def send_cloud(self, seconds, pose, frame='base_link', publisher=None):
         self.seed += 1
         stamp_ns = START_NS + round(seconds * 1e9)
         points = cloud(CROOKED, pose, seed=self.seed)
         message = messages.surface_message(Surface(points, points), stamp_ns, frame)
-        self._clouds.publish(message)
+        (publisher or self._clouds).publish(message)
 
     def send_two(self, first, second):
         """Send a cloud on both topics, or on one."""
@@ -432,7 +439,35 @@ def test_single_clouds_that_are_dropped_are_no_error(running, monkeypatch):
 def test_a_second_publisher_of_clouds_is_named(running):
     robot, _, until = running
     other = robot.create_publisher(PointCloud2, 'points', 10)
-    until(lambda: any('2 publishers of /points' in words for words in robot.words()))
+    until(
+        lambda: any(
+            '2 publishers of /points: stop all but one' in words for words in robot.words()
+        )
+    )
+    robot.destroy_publisher(other)
+
+
+def test_clouds_of_a_second_publisher_do_not_count_as_long_as_the_first_one_sends(
+    running, monkeypatch
+):
+    robot, mapper, until = running
+    other = robot.create_publisher(PointCloud2, 'points', 10)
+    until(other.get_subscription_count)
+    aside, steps = planar(0.0, 0.0, 0.4), range(0, 60, 10)  # s, of stamps: none is silent
+    for count, seconds in enumerate(steps):
+        estimate = match(running, seconds, np.eye(4), np.eye(4))
+        assert not estimate.lost or count == 0
+        np.testing.assert_allclose(estimate.pose, np.eye(4), atol=0.02)
+        if count > 1:  # DDS has only numbers, which would be the same
+            robot.send_cloud(seconds, aside, publisher=other)
+            until(lambda count=count: mapper.clouds.drops[OF_OTHERS] == count - 1)
+    assert mapper.clouds.drops.total() == len(steps) - 2
+    until(lambda: any(OF_OTHERS in words for words in robot.words()))
+    later = cloud_input.steady_ns() + 100 * 10**9  # the first one is silent meanwhile
+    monkeypatch.setattr(cloud_input, 'steady_ns', lambda: later)
+    robot.send_odometry(70, np.eye(4))
+    robot.send_cloud(70, aside, publisher=other)
+    until(lambda: seconds_of(mapper.output.progress.estimate.stamp_ns) == 70)
     robot.destroy_publisher(other)
 
 

@@ -31,6 +31,7 @@ MOST_FRAMES = 10  # without transform, that are named; a publisher may invent th
 MOST_PAUSES = 20  # of odometry; TF keeps ten seconds
 FIRST_SILENCE = 10.0  # s, after the first cloud; a slow lidar takes 6 s for a sweep
 LOST = 'cloud lost before it arrived'
+OF_OTHERS = 'cloud of a second publisher'
 BUSY = 'cloud that came while others were matched'
 MALFORMED = 'malformed cloud'
 NO_ODOMETRY = 'cloud without odometry at its stamp'
@@ -110,6 +111,9 @@ class CloudInput:
         self.received = 0
         self.drops: Counter[str] = Counter()
         self._dropped_ns: tuple[int, int] | None = None  # first and last, since one was used
+        self._sources: dict[
+            str, int
+        ] = {}  # the publisher that was heard first, until it is silent
         self._unknown_frames: set[str] = set()
         self._waiting: list[_Waiting] = []  # in the order of arrival
         self._forget_pauses()
@@ -261,8 +265,12 @@ class CloudInput:
     ) -> None:
         self.received += 1
         lost_before = publishers.lost
-        publishers.add(info.get('publication_sequence_number'))
+        publisher = publishers.add(info.get('publication_sequence_number'))
         self.drops += Counter({LOST: publishers.lost - lost_before})
+        if publisher != self._sources.get(topic, publisher) and not silence.seconds(steady_ns()):
+            self.drops[OF_OTHERS] += 1
+            return
+        self._sources[topic] = publisher
         silence.heard(steady_ns(), time_ns(message.header.stamp))
         if not 0 < time_ns(message.header.stamp) <= LATEST_NS:
             self._count(MALFORMED)

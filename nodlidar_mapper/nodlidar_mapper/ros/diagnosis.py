@@ -68,7 +68,11 @@ class Diagnosis:
         topics, odometry = self._node.clouds.silences, self._node.clouds.odometry
         counts = {topic: self._node.count_publishers(topic) for topic in topics}
         counts |= odometry.shared
-        return [f'{count} publishers of {what}' for what, count in counts.items() if count > 1]
+        return [
+            f'{count} publishers of {what}: stop all but one'
+            for what, count in counts.items()
+            if count > 1
+        ]
 
     def _note_drops(self) -> None:
         errors = {f'internal error: {k}': n for k, n in self._node.survival.errors.items()}
