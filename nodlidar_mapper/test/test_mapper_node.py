@@ -471,6 +471,18 @@ def test_clouds_of_a_second_publisher_do_not_count_as_long_as_the_first_one_send
     robot.destroy_publisher(other)
 
 
+def test_clouds_of_a_publisher_that_began_anew_count_at_once(running):
+    robot, mapper, until = running
+    for seconds in (0, 10, 20):  # of stamps: a pause of 40 s would be usual
+        match(running, seconds, np.eye(4), np.eye(4))
+    robot.destroy_publisher(robot._clouds)
+    until(lambda: not mapper.count_publishers('points'))
+    robot._clouds = robot.create_publisher(PointCloud2, 'points', 10)
+    until(lambda: robot._clouds.get_subscription_count() and mapper.count_publishers('points'))
+    match(running, 30, np.eye(4), np.eye(4))
+    assert not mapper.clouds.drops
+
+
 def test_a_folder_of_nobody_is_refused(running):
     robot, _, until = running
     answer = call(robot, until, 'load_map', '~nobody_of_this_name/map')

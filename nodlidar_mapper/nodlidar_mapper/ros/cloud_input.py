@@ -267,10 +267,13 @@ class CloudInput:
         lost_before = publishers.lost
         publisher = publishers.add(info.get('publication_sequence_number'))
         self.drops += Counter({LOST: publishers.lost - lost_before})
-        if publisher != self._sources.get(topic, publisher) and not silence.seconds(steady_ns()):
-            self.drops[OF_OTHERS] += 1
-            return
-        self._sources[topic] = publisher
+        if publisher != self._sources.setdefault(topic, publisher):
+            # One that began anew is alone, or the one before is silent.
+            several = self._node.count_publishers(self._node.resolve_topic_name(topic)) > 1
+            if several and not silence.seconds(steady_ns()):
+                self.drops[OF_OTHERS] += 1
+                return
+            self._sources[topic] = publisher
         silence.heard(steady_ns(), time_ns(message.header.stamp))
         if not 0 < time_ns(message.header.stamp) <= LATEST_NS:
             self._count(MALFORMED)
