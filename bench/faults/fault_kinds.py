@@ -147,7 +147,7 @@ def _block(rig: Rig, rng: Random) -> str:
 
 def _freeze(rig: Rig, rng: Random) -> str:
     now = np.array([rig.now_ns()])
-    rig.motion.frozen = float(rig.motion.shaft.position(now)[0])
+    rig.motion.frozen = float(rig.motion.position(now)[0])
     return ''
 
 

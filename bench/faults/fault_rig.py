@@ -17,7 +17,6 @@ from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.urg_requests import Stream
 from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.world.effects import imperfect
-from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.world import World
 import numpy as np
 import psutil
@@ -90,9 +89,9 @@ class Rig:
         self._rng = np.random.default_rng(seed)
         start_ns = time.time_ns()
         self._scene = noisy_room()
-        self.motion = FaultyServo(IdealServo(), seed)
-        self.truth = Truth(self.motion.shaft)
-        self._world = World(self._scene, self.motion.shaft, start_ns=start_ns)
+        self.motion = FaultyServo(seed)
+        self.truth = Truth(self.motion)
+        self._world = World(self._scene, self.motion, start_ns=start_ns)
         self.servo = RxServoEmulator(self.motion, baud=1)
         self.wires = {
             'servo': self._wire(self.servo, self._look_at_servo),

@@ -64,26 +64,24 @@ class Truth:
         When they were on.
     """
 
-    def __init__(self, shaft: Motion) -> None:
+    def __init__(self, motion: Motion) -> None:
         self.scans: list[TrueScan] = []
         self.torque, self.laser = Changes(), Changes()
-        self._shaft = shaft
+        self._motion = motion
 
     def add_scan(self, revolution: Revolution, heard: bool) -> None:
         """Record a revolution that is sent."""
         codes = revolution.codes[URG_04LX_UG01.steps]
         codes[codes < URG_04LX_UG01.range_min_mm] = 0
-        pitch = self._shaft.position(revolution.times_ns)
+        pitch = self._motion.position(revolution.times_ns)
         self.scans.append(TrueScan(revolution.times_ns, codes, pitch, heard))
 
 
 class FaultyServo(IdealServo):
-    """A shaft with a motor and an encoder that can fail.
+    """A servo whose motor and encoder can fail; its motion is the true one.
 
     Attributes
     ----------
-    shaft
-        Its true motion.
     blocked
         Whether the motor cannot move it.
     frozen
@@ -94,9 +92,8 @@ class FaultyServo(IdealServo):
         When a fault first had an effect [ns]; None if none had.
     """
 
-    def __init__(self, shaft: IdealServo, seed: int) -> None:
+    def __init__(self, seed: int) -> None:
         super().__init__()
-        self.shaft = shaft
         self._rng = np.random.default_rng(seed)
         self.mend()
 
@@ -107,32 +104,25 @@ class FaultyServo(IdealServo):
         self.spike_rate = 0.0
         self.first_hit_ns: int | None = None
 
-    def position(self, times_ns: Times) -> Array:
-        """Return the reading of the encoder [rad]."""
+    def measured(self, now_ns: int) -> tuple[float, float]:
+        """Return the readings of the encoder [rad] and of the speed register [rad/s]."""
+        position, velocity = super().measured(now_ns)
         if self.frozen is not None:
-            self._hit(times_ns)
-            return np.full(np.shape(times_ns), self.frozen)
+            self._hit(now_ns)
+            return self.frozen, 0.0
         if self.spike_rate and self._rng.random() < self.spike_rate:
-            self._hit(times_ns)
-            return np.full(np.shape(times_ns), self._rng.uniform(-2.6, 2.6))
-        return self.shaft.position(times_ns)
-
-    def velocity(self, times_ns: Times) -> Array:
-        """Return the reading of the speed register [rad/s]."""
-        return self.shaft.velocity(times_ns) * (self.frozen is None)
+            self._hit(now_ns)
+            return self._rng.uniform(-2.6, 2.6), velocity
+        return position, velocity
 
     def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:
         """Go to an angle [rad] at a speed [rad/s], unless it is blocked."""
         if self.blocked:
-            self._hit(np.array([now_ns]))
-            self.shaft.brake(now_ns)
+            self._hit(now_ns)
+            self.brake(now_ns)
         else:
-            self.shaft.set_goal(now_ns, goal, speed_limit)
+            super().set_goal(now_ns, goal, speed_limit)
 
-    def brake(self, now_ns: int) -> None:
-        """Come to rest."""
-        self.shaft.brake(now_ns)
-
-    def _hit(self, times_ns: Times) -> None:
+    def _hit(self, now_ns: int) -> None:
         if self.first_hit_ns is None:
-            self.first_hit_ns = int(times_ns[0])
+            self.first_hit_ns = now_ns

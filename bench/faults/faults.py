@@ -92,7 +92,8 @@ def _episodes(rig: Rig, duration: float, seed: int, only: str) -> Iterator[Episo
     with progress_bar(console=get_console()) as progress:
         task = progress.add_task('no fault', total=duration)
         if not rig.recorder.spin_until(rig.recorder.healthy, START_TIMEOUT):
-            raise UnhealthyError(f'no clouds come: see {rig.folder}/launch_1.log')
+            log = (rig.folder / 'launch_1.log').read_text()
+            raise UnhealthyError(f'no clouds come, although no fault was caused:\n{log}')
         rig.recorder.spin(PAUSE)
         began_ns = rig.now_ns()
         rig.recorder.spin(HEALTHY)

@@ -5,6 +5,11 @@ import math
 
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_demo.evaluation import simulated_log
+from nodlidar_servo.bus.replies import PositionError
+from nodlidar_servo.device.config import ServoConfig
+from nodlidar_servo.device.servo import Servo
+from nodlidar_sim.devices.rx_servo import RxServoEmulator
+from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.scene import load_scene
@@ -18,7 +23,7 @@ from bench.faults.fault_kinds import KINDS, schedule
 from bench.faults.fault_log import Cloud, Published, Status
 from bench.faults.fault_naming import named
 from bench.faults.fault_rows import row
-from bench.faults.fault_truth import Changes, TrueScan, Truth
+from bench.faults.fault_truth import Changes, FaultyServo, TrueScan, Truth
 from bench.shared.reference import reference_nod, START_NS
 
 DURATION = 12.0
@@ -229,3 +234,47 @@ def test_every_fault_occurs_and_those_that_end_the_launch_come_last():
     assert {k.name for k in schedule(1, 'unplugged')} == {'lidar: unplugged', 'servo: unplugged'}
     with pytest.raises(ValueError, match='no fault has'):
         schedule(1, 'meteorite')
+
+
+TICK = math.radians(300.0) / 1023  # of the RX-24F
+
+
+def driven(motion, driver, clock, goal):
+    """Return readings and true pitch [rad] of a second with a goal; NaN where one is refused."""
+    driver.drive(goal, 2.0)
+    readings = []
+    for _ in range(100):
+        clock.advance_to(clock() + S // 100)
+        truth = float(motion.position(np.array([clock()]))[0])
+        try:
+            readings.append((driver.read().pitch, truth))
+        except PositionError:
+            readings.append((math.nan, truth))
+    return np.array(readings).T
+
+
+def test_the_driver_reads_what_the_faults_of_the_servo_make_of_its_motion():
+    motion, clock = FaultyServo(seed=1), VirtualClock(START_NS)
+    driver = Servo(VirtualPort(RxServoEmulator(motion, baud=1), clock), ServoConfig(), clock)
+    driver.connect()
+    driver.set_torque(True)
+    told, truth = driven(motion, driver, clock, 0.5)
+    assert told == pytest.approx(truth, abs=TICK)
+    assert truth[-1] == pytest.approx(0.5, abs=TICK)
+    assert motion.first_hit_ns is None
+
+    motion.frozen = 0.5
+    told, truth = driven(motion, driver, clock, -0.5)
+    assert told == pytest.approx(0.5, abs=TICK)
+    assert truth[-1] == pytest.approx(-0.5, abs=TICK)  # the motor works
+    assert motion.first_hit_ns > START_NS + S
+
+    motion.frozen, motion.blocked = -0.5, True
+    told, truth = driven(motion, driver, clock, 0.5)
+    assert truth == pytest.approx(-0.5, abs=TICK)
+
+    motion.mend()
+    motion.spike_rate = 0.3
+    told, truth = driven(motion, driver, clock, 0.4)
+    assert 15 < np.count_nonzero(~(np.abs(told - truth) < 2.0 * TICK)) < 60
+    assert truth[-1] == pytest.approx(0.4, abs=TICK)

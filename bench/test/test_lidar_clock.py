@@ -17,7 +17,7 @@ def test_the_timer_wraps_when_it_should():
 def test_a_urg_keeps_half_a_millisecond_and_is_aligned_once_a_reset():
     assert 0.0 < WRAP_AT < 1.0 / (RESETS + 1)
     for seed in range(3):
-        found, aligned = errors(LINES['URG, USB'], seed, 1.2e6)
+        found, aligned = errors(LINES['URG, USB'], seed, 6e5)
         assert aligned == RESETS
-        assert len(found) > 700
+        assert len(found) > 2000
         assert np.sqrt(np.mean(found**2)) < 0.5

@@ -48,6 +48,15 @@ def test_revolutions_give_the_fraction_that_the_stamps_lack(period, phase):
     assert revolution.period_ms == pytest.approx(period, abs=0.005)
 
 
+@pytest.mark.parametrize('period', [25.0037, 24.9963, 25.002])
+@pytest.mark.parametrize('phase', [0.0, 0.31, 0.77])
+def test_fractions_that_cover_a_millisecond_in_seconds_are_found(period, phase):
+    revolution, truth = RevolutionTimes(25.0), 1000.0 + phase + period * np.arange(2500)
+    fitted = np.array([revolution.add(int(t))[-1] for t in truth])
+    assert np.abs(fitted - truth)[1200:].max() < 0.2
+    assert revolution.period_ms == pytest.approx(period, abs=1e-4)
+
+
 def test_revolutions_of_whole_milliseconds_stay_in_the_middle_of_theirs():
     revolution = RevolutionTimes(100.0)
     times = [revolution.add(1000 + 100 * k)[-1] for k in range(50)]

@@ -16,6 +16,9 @@ from nodlidar_mapper.graph.pose_graph import Edge, optimized, pose_covariances, 
 import numpy as np
 
 RECENT = 6  # clouds from which new surfaces are taken
+# A keyframe also shows what is free. That of a robot that stands may begin with a part of a sweep,
+# so a cloud that has so many times as many points as the keyframes at its place is one, too.
+MORE = 2.0
 KNOWN = 0.9  # share of a cloud's points near the map; below it, the map is extended
 
 
@@ -72,19 +75,24 @@ class GrowingMap:
             self.anchor = int(np.argmin(np.linalg.norm(places - pose[:3, 3], axis=1)))
             self._choose_around(pose)
 
-    def follow(self, pose: Array) -> bool:
-        """Make the nearest keyframe around the anchor; return whether the pose is away from it."""
-        here = np.stack([keyframe.pose for keyframe in self.near])
-        way = np.linalg.norm(here[:, :3, 3] - pose[:3, 3], axis=1)
-        turned = np.einsum('nij,ij->n', here[:, :3, :3], pose[:3, :3])
+    def follow(self, pose: Array, points: int) -> bool:
+        """Make the nearest keyframe around the anchor; return whether the map needs another one.
+
+        It does for the first cloud at a place, and for one with MORE times as many points. Since
+        each doubles them, a place has a few keyframes at most, however long the robot stands.
+        """
+        poses = np.stack([keyframe.pose for keyframe in self.near])
+        way = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1)
+        turned = np.einsum('nij,ij->n', poses[:, :3, :3], pose[:3, :3])
         turn = np.arccos(np.clip((turned - 1.0) / 2.0, -1.0, 1.0))
         config = self._config
         measure = way / config.keyframe_distance + turn / config.keyframe_angle
+        here = [self.near[i] for i in np.flatnonzero(measure <= 1.0)]
         nearest = int(np.argmin(measure))
         if self._near[nearest] != self.anchor:
             self.anchor = self._near[nearest]
             self._choose_around(pose)
-        return bool(measure[nearest] > 1.0)
+        return all(points > MORE * len(keyframe.points) for keyframe in here)
 
     def add(
         self,
@@ -109,7 +117,7 @@ class GrowingMap:
             Share of its points that are near the map.
         """
         self._recent.append(seen.moved(pose))
-        is_new = not self.keyframes or (not begins and self.follow(pose))
+        is_new = not self.keyframes or (not begins and self.follow(pose, len(seen.points)))
         if not self._config.extend_map:
             return pose
         if is_new:

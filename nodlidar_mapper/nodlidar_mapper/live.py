@@ -94,8 +94,10 @@ def drawn(keyframes: Sequence[Keyframe], config: GridConfig) -> tuple[Surface, G
         return None
 
 
-def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
-    """Save a map; return what was saved, in words.
+def save(
+    folder: Path, progress: Progress | None, config: GridConfig, with_keyframes: bool = True
+) -> str:
+    """Save a map, its keyframes unless they were saved before; return what was saved, in words.
 
     Raises
     ------
@@ -110,7 +112,13 @@ def save(folder: Path, progress: Progress | None, config: GridConfig) -> str:
         raise EmptyMapError('nothing to save: no cloud was matched since the start or load_map')
     folder = _expanded(folder)
     surface = write_map(
-        folder, progress.keyframes, progress.edges, progress.stamps_ns, progress.path, config
+        folder,
+        progress.keyframes,
+        progress.edges,
+        progress.stamps_ns,
+        progress.path,
+        config,
+        with_keyframes,
     )
     what = f'{len(progress.keyframes)} keyframes and {len(surface.points)} points'
     return f"{what} saved in '{folder.absolute()}'"

@@ -25,3 +25,12 @@ def cloud(corners, pose, seed=0, count=4000, noise=0.005):
 def seen_from_origin(points):
     """Return points as seen by a lidar at the origin of their frame."""
     return Seen(points, np.zeros_like(points))
+
+
+def distance_inside(corners, points):
+    """Return how far points (n, 2) or (n, 3) are inside a room [m], (n,); negative outside."""
+    sides = np.roll(corners, -1, axis=0) - corners
+    inward = np.stack([-sides[:, 1], sides[:, 0]], axis=1)
+    inward /= np.linalg.norm(sides, axis=1)[:, None]
+    offsets = points[:, None, :2] - corners
+    return np.einsum('nki,ki->nk', offsets, inward).min(axis=1)

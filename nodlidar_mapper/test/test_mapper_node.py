@@ -1,12 +1,14 @@
 """The node with clouds of a room: the map, services, and what goes wrong."""
 
 from dataclasses import replace
+from pathlib import Path
 import threading
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav_msgs.msg import OccupancyGrid, Path
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Path as PathMessage
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.pose import Pose
 from nodlidar_common.ros.executor import Executor
@@ -17,8 +19,16 @@ from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.live import load
 from nodlidar_mapper.mapper import FIRST
-from nodlidar_mapper.ros import kept_map, map_output, messages
-from nodlidar_mapper.ros.cloud_input import BUSY, LOST, MOST_FRAMES, MOST_READY, NO_ODOMETRY
+from nodlidar_mapper.output import saved_map
+from nodlidar_mapper.ros import cloud_input, diagnosis, kept_map, map_output, messages
+from nodlidar_mapper.ros.cloud_input import (
+    BUSY,
+    LOST,
+    MOST_FRAMES,
+    MOST_READY,
+    NO_ODOMETRY,
+    OF_OTHERS,
+)
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_msgs.srv import MapFolder
 import numpy as np
@@ -35,6 +45,7 @@ from tf2_ros import Buffer, TransformBroadcaster, TransformListener
 LONGEST = 60.0  # s; only a failing test waits so long
 START_NS = 1_700_000_000 * 10**9
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+FILES = {'keyframes.npz', 'map.pgm', 'map.png', 'map.ply', 'map.yaml', 'trajectory.txt'}
 DRIFT = planar(0.05, -0.04, 0.02)  # of odometry, between the first cloud and the others
 
 
@@ -53,7 +64,7 @@ class Robot(Node):
         for kind, topic, qos in [
             (PoseWithCovarianceStamped, 'pose', 10),
             (OccupancyGrid, 'map', LATCHED),
-            (Path, 'path', LATCHED),
+            (PathMessage, 'path', LATCHED),
             (DiagnosticArray, '/diagnostics', 10),
         ]:
             self.create_subscription(kind, topic, self.heard[topic].append, qos)
@@ -77,12 +88,12 @@ class Robot(Node):
             transform = transform_message(sent_ns, 'odom', 'base_link', place)
             self._tf.sendTransform(transform)
 
-    def send_cloud(self, seconds, pose, frame='base_link'):
+    def send_cloud(self, seconds, pose, frame='base_link', publisher=None):
         self.seed += 1
         stamp_ns = START_NS + round(seconds * 1e9)
         points = cloud(CROOKED, pose, seed=self.seed)
         message = messages.surface_message(Surface(points, points), stamp_ns, frame)
-        self._clouds.publish(message)
+        (publisher or self._clouds).publish(message)
 
     def send_two(self, first, second):
         """Send a cloud on both topics, or on one."""
@@ -103,8 +114,11 @@ class Robot(Node):
         points = Surface(*np.ones((2, 9, 3)))
         self._clouds.publish(messages.surface_message(points, 0, 'base_link'))
 
+    def reports(self):
+        return [status for m in self.heard['/diagnostics'] for status in m.status]
+
     def words(self):
-        return [s.message for m in self.heard['/diagnostics'] for s in m.status]
+        return [status.message for status in self.reports()]
 
 
 @pytest.fixture
@@ -192,15 +206,7 @@ def test_a_map_is_made_saved_and_loaded(running, tmp_path, monkeypatch):
     saved = call(robot, until, 'save_map', 'map')
     assert saved.success, saved.message
     assert saved.message.endswith(f"points saved in '{tmp_path / 'map'}'")
-    names = {path.name for path in (tmp_path / 'map').iterdir()}
-    assert names == {
-        'keyframes.npz',
-        'map.pgm',
-        'map.png',
-        'map.ply',
-        'map.yaml',
-        'trajectory.txt',
-    }
+    assert {path.name for path in (tmp_path / 'map').iterdir()} == FILES
     # The robot was carried while the mapper had another map: it is found by its clouds.
     loaded = call(robot, until, 'load_map', tmp_path / 'map')
     assert loaded.success, loaded.message
@@ -258,9 +264,14 @@ def test_the_map_is_saved_when_the_node_ends_and_never_over_another_one(running,
     mapper.output.end()  # of a node without a map: there is nothing to save
     assert not [*(tmp_path / 'maps').iterdir()]
     drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
-    mapper.output.end()
+    written, write = [], saved_map.whole_file
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(saved_map, 'whole_file', lambda path: written.append(path) or write(path))
+        mapper.output.end()
     (folder,) = (tmp_path / 'maps').iterdir()
     assert len(load(folder, mapper.config).mapper.keyframes) == 1
+    assert {path.name for path in folder.iterdir()} == FILES
+    assert written == [Path('maps') / folder.name / 'keyframes.npz']  # once
 
 
 @pytest.mark.parametrize('running', [['-p', 'save_folder:=maps']], indirect=True)
@@ -281,7 +292,7 @@ def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
     mapper.output._kept._after_ns = 2**63
     drive(running, 2, [planar(0.6, 0.0, 0.0)], [planar(0.6, 0.0, 0.0)])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kept_map, 'save', lambda *_: 1 / 0)  # killed while it saves the rest
+        patch.setattr(kept_map, 'save', lambda *_, **__: 1 / 0)  # killed while it saves the rest
         with pytest.raises(ZeroDivisionError):
             mapper.output.end()
     assert saved() == [file]
@@ -372,18 +383,104 @@ def test_a_mapper_without_odometry_is_an_error(running):
     robot.send_cloud(0, np.eye(4))
 
     def levels():
-        states = [state for message in robot.heard['/diagnostics'] for state in message.status]
-        return [state.level for state in states if 'no odometry' in state.message]
+        return [state.level for state in robot.reports() if 'no odometry' in state.message]
 
     until(levels)
     assert levels()[-1] == DiagnosticStatus.ERROR
 
 
+def unused(robot):
+    return [each for each in robot.reports() if 'no cloud was used for' in each.message]
+
+
+def send_in_odom(robot):
+    robot.send_cloud(2.0, np.eye(4), 'odom')
+
+
+def send_without_odometry(robot):
+    robot.send_cloud(50.0, np.eye(4))
+
+
+def send_malformed(robot):
+    robot.send_malformed(1.0)  # two of them
+
+
+@pytest.mark.parametrize('send', [send_in_odom, send_without_odometry, send_malformed])
+def test_that_all_clouds_are_dropped_is_an_error_until_one_is_used(running, send, monkeypatch):
+    robot, mapper, until = running
+    match(running, 0, np.eye(4), np.eye(4))
+    monkeypatch.setattr(diagnosis, 'UNUSED', 0.0)
+    for count in (1, 2):
+        send(robot)
+        until(lambda count=count: mapper.clouds.drops.total() >= count)
+    until(lambda: unused(robot))
+    assert unused(robot)[-1].level == DiagnosticStatus.ERROR
+    match(running, 1, np.eye(4), np.eye(4))
+    robot.heard['/diagnostics'].clear()
+    until(robot.reports)
+    assert not unused(robot)
+    assert robot.reports()[-1].level < DiagnosticStatus.ERROR
+
+
+def test_single_clouds_that_are_dropped_are_no_error(running, monkeypatch):
+    robot, mapper, until = running
+    monkeypatch.setattr(diagnosis, 'UNUSED', 0.0)
+    for k in range(3):
+        send_in_odom(robot)
+        until(lambda count=k + 1: mapper.clouds.drops.total() == count)
+        match(running, k, np.eye(4), np.eye(4))
+    send_in_odom(robot)
+    until(lambda: mapper.clouds.drops.total() == 4)
+    robot.heard['/diagnostics'].clear()
+    until(robot.reports)
+    assert not unused(robot)
+
+
 def test_a_second_publisher_of_clouds_is_named(running):
     robot, _, until = running
     other = robot.create_publisher(PointCloud2, 'points', 10)
-    until(lambda: any('2 publishers of /points' in words for words in robot.words()))
+    until(
+        lambda: any(
+            '2 publishers of /points: stop all but one' in words for words in robot.words()
+        )
+    )
     robot.destroy_publisher(other)
+
+
+def test_clouds_of_a_second_publisher_do_not_count_as_long_as_the_first_one_sends(
+    running, monkeypatch
+):
+    robot, mapper, until = running
+    other = robot.create_publisher(PointCloud2, 'points', 10)
+    until(other.get_subscription_count)
+    aside, steps = planar(0.0, 0.0, 0.4), range(0, 60, 10)  # s, of stamps: none is silent
+    for count, seconds in enumerate(steps):
+        estimate = match(running, seconds, np.eye(4), np.eye(4))
+        assert not estimate.lost or count == 0
+        np.testing.assert_allclose(estimate.pose, np.eye(4), atol=0.02)
+        if count > 1:  # DDS has only numbers, which would be the same
+            robot.send_cloud(seconds, aside, publisher=other)
+            until(lambda count=count: mapper.clouds.drops[OF_OTHERS] == count - 1)
+    assert mapper.clouds.drops.total() == len(steps) - 2
+    until(lambda: any(OF_OTHERS in words for words in robot.words()))
+    later = cloud_input.steady_ns() + 100 * 10**9  # the first one is silent meanwhile
+    monkeypatch.setattr(cloud_input, 'steady_ns', lambda: later)
+    robot.send_odometry(70, np.eye(4))
+    robot.send_cloud(70, aside, publisher=other)
+    until(lambda: seconds_of(mapper.output.progress.estimate.stamp_ns) == 70)
+    robot.destroy_publisher(other)
+
+
+def test_clouds_of_a_publisher_that_began_anew_count_at_once(running):
+    robot, mapper, until = running
+    for seconds in (0, 10, 20):  # of stamps: a pause of 40 s would be usual
+        match(running, seconds, np.eye(4), np.eye(4))
+    robot.destroy_publisher(robot._clouds)
+    until(lambda: not mapper.count_publishers('points'))
+    robot._clouds = robot.create_publisher(PointCloud2, 'points', 10)
+    until(lambda: robot._clouds.get_subscription_count() and mapper.count_publishers('points'))
+    match(running, 30, np.eye(4), np.eye(4))
+    assert not mapper.clouds.drops
 
 
 def test_a_folder_of_nobody_is_refused(running):

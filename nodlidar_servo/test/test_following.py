@@ -3,7 +3,6 @@
 from nodlidar_common.nod import Nod
 from nodlidar_servo.following import RETRY
 from nodlidar_sim.devices import rx_table as table
-from nodlidar_sim.devices.rx_motor import TICK
 from nodlidar_sim.world.ideal_servo import IdealServo
 import numpy as np
 import pytest
@@ -26,9 +25,8 @@ class FaultyMotion(IdealServo):
         else:
             super().set_goal(now_ns, goal, speed_limit)
 
-    def told(self, times_ns):
-        truth = super().position(times_ns)
-        return truth if self.frozen is None else np.full_like(truth, self.frozen)
+    def measured(self, now_ns):
+        return super().measured(now_ns) if self.frozen is None else (self.frozen, 0.0)
 
 
 class FaultyBench(Bench):
@@ -38,12 +36,8 @@ class FaultyBench(Bench):
         super().__init__(**options)
         self.nod = nod
         self.motion.__class__ = FaultyMotion
-        self.emulator.motor._position = self._position
         self.run_for(2.0)
         assert not self.following.fault
-
-    def _position(self, now_ns):
-        return 512 + round(float(self.motion.told(np.array([now_ns]))[0]) / TICK)
 
     def run_for(self, seconds):
         return self.run(seconds, self.nod)

@@ -31,8 +31,11 @@ def write_map(
     stamps_ns: Sequence[int],
     path: Array,
     config: GridConfig,
+    with_keyframes: bool = True,
 ) -> Surface:
     """Write a map and a path (n, 4, 4) into a folder, all files or none; return its surfaces.
+
+    The keyframes may have been written before.
 
     Raises
     ------
@@ -47,7 +50,8 @@ def write_map(
         write_surface(part / 'map.ply', surface)
         write_grid(part, grid)
         write_path(part / 'trajectory.txt', stamps_ns, path)
-        save_keyframes(part / KEYFRAMES, keyframes, edges)
+        if with_keyframes:
+            save_keyframes(part / KEYFRAMES, keyframes, edges)
         write_picture(part / 'map.png', grid, path)
     return surface
 

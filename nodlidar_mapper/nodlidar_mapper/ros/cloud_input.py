@@ -31,6 +31,7 @@ MOST_FRAMES = 10  # without transform, that are named; a publisher may invent th
 MOST_PAUSES = 20  # of odometry; TF keeps ten seconds
 FIRST_SILENCE = 10.0  # s, after the first cloud; a slow lidar takes 6 s for a sweep
 LOST = 'cloud lost before it arrived'
+OF_OTHERS = 'cloud of a second publisher'
 BUSY = 'cloud that came while others were matched'
 MALFORMED = 'malformed cloud'
 NO_ODOMETRY = 'cloud without odometry at its stamp'
@@ -109,6 +110,10 @@ class CloudInput:
         self._on_news, self._on_time_back = on_news, on_time_back
         self.received = 0
         self.drops: Counter[str] = Counter()
+        self._dropped_ns: tuple[int, int] | None = None  # first and last, since one was used
+        self._sources: dict[
+            str, int
+        ] = {}  # the publisher that was heard first, until it is silent
         self._unknown_frames: set[str] = set()
         self._waiting: list[_Waiting] = []  # in the order of arrival
         self._forget_pauses()
@@ -160,17 +165,31 @@ class CloudInput:
                 text = f'dropped: {reason}; {self._beside_odometry(each.stamp_ns)}'
                 self._node.get_logger().warning(text, throttle_duration_sec=5.0)
         for each, poses in sorted(placed.items(), key=lambda item: item[0].stamp_ns):
-            self._waiting.remove(each)
             try:
-                return Cloud(each.stamp_ns, *points_in(each.message), *poses)
+                cloud = Cloud(each.stamp_ns, *points_in(each.message), *poses)
+                self._waiting.remove(each)
+                self._dropped_ns = None
+                return cloud
             except ValueError as error:
-                self.drops[MALFORMED] += 1
+                self._drop(each, MALFORMED)
                 self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)
         return None
 
     def _drop(self, each: _Waiting, reason: str) -> None:
         self._waiting.remove(each)
+        self._count(reason)
+
+    def _count(self, reason: str) -> None:
+        """Count a cloud that is dropped."""
         self.drops[reason] += 1
+        now_ns = steady_ns()
+        self._dropped_ns = (self._dropped_ns or (now_ns, now_ns))[0], now_ns
+
+    @property
+    def unused(self) -> float:
+        """Time from the first to the last cloud that was dropped since one was used [s]."""
+        first_ns, last_ns = self._dropped_ns or (0, 0)
+        return (last_ns - first_ns) / NS_PER_S
 
     def _is_overdue(self, each: _Waiting) -> bool:
         """Return whether a cloud has waited for odometry for too long."""
@@ -246,14 +265,21 @@ class CloudInput:
     ) -> None:
         self.received += 1
         lost_before = publishers.lost
-        publishers.add(info.get('publication_sequence_number'))
+        publisher = publishers.add(info.get('publication_sequence_number'))
         self.drops += Counter({LOST: publishers.lost - lost_before})
+        if publisher != self._sources.setdefault(topic, publisher):
+            # One that began anew is alone, or the one before is silent.
+            several = self._node.count_publishers(self._node.resolve_topic_name(topic)) > 1
+            if several and not silence.seconds(steady_ns()):
+                self.drops[OF_OTHERS] += 1
+                return
+            self._sources[topic] = publisher
         silence.heard(steady_ns(), time_ns(message.header.stamp))
         if not 0 < time_ns(message.header.stamp) <= LATEST_NS:
-            self.drops[MALFORMED] += 1
+            self._count(MALFORMED)
             return
         if is_of_odometry(message.header.frame_id, self._config.odom_frame):
-            self.drops[OF_ODOMETRY] += 1
+            self._count(OF_ODOMETRY)
             return
         self._waiting.append(_Waiting(topic, message, steady_ns()))
         self._on_news()

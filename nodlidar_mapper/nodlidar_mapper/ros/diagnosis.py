@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nodlidar_mapper.ros.node import MapperNode
 
 RECENT = 5.0  # s, for which a drop is reported
+UNUSED = 3.0  # s, in which all clouds were dropped
 
 
 class Diagnosis:
@@ -43,7 +44,8 @@ class Diagnosis:
     def _state(self) -> object:
         self._note_drops()
         silent = list(self._silent()), self._unheard()
-        return silent, self._lost(), bool(self._recent.counts), self._shared()
+        dropped = bool(self._recent.counts), self._node.clouds.unused > UNUSED
+        return silent, self._lost(), dropped, self._shared()
 
     def _silent(self) -> dict[str, float]:
         """Return since when there is no cloud [s], for each topic that is silent."""
@@ -66,7 +68,11 @@ class Diagnosis:
         topics, odometry = self._node.clouds.silences, self._node.clouds.odometry
         counts = {topic: self._node.count_publishers(topic) for topic in topics}
         counts |= odometry.shared
-        return [f'{count} publishers of {what}' for what, count in counts.items() if count > 1]
+        return [
+            f'{count} publishers of {what}: stop all but one'
+            for what, count in counts.items()
+            if count > 1
+        ]
 
     def _note_drops(self) -> None:
         errors = {f'internal error: {k}': n for k, n in self._node.survival.errors.items()}
@@ -111,6 +117,9 @@ class Diagnosis:
             status.summary(DiagnosticStatus.ERROR, text)
         for topic, silent in self._silent().items():
             status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud on {topic} for {silent:.1f} s')
+        if node.clouds.unused > UNUSED:
+            text = f'no cloud was used for {node.clouds.unused:.0f} s'
+            status.mergeSummary(DiagnosticStatus.ERROR, text)
         for topic in self._unheard():
             status.mergeSummary(DiagnosticStatus.WARN, f'no cloud on {topic} yet')
         for text in self._shared():

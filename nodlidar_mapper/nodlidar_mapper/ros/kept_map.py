@@ -71,7 +71,7 @@ class KeptMap:
         with self._telling():
             save_keyframes_of(folder, progress)
             self._log.info(f"keyframes saved in '{folder.absolute()}', the other files follow")
-            self._log.info(save(folder, progress, self._config))
+            self._log.info(save(folder, progress, self._config, with_keyframes=False))
 
     def _wait(self) -> None:
         self._after_ns = steady_ns() + round(PERIOD * NS_PER_S)

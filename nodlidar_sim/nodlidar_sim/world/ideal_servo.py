@@ -114,7 +114,10 @@ class IdealServo:
         return self.position(times_ns)
 
     def measured(self, now_ns: int) -> tuple[float, float]:
-        """Return angle [rad] and speed [rad/s] at a time [ns]: the device rounds them."""
+        """Return angle [rad] and speed [rad/s] at a time [ns]: the device rounds them.
+
+        An encoder that fails overrides it; the motion does not follow it.
+        """
         return self._pieces.at(now_ns)
 
     def load(self, now_ns: int) -> float:
@@ -135,9 +138,9 @@ class IdealServo:
         check_goal(goal, speed_limit)
         start_ns = now_ns
         if self._delay is not None:
-            position, velocity = self.measured(now_ns)
+            position, velocity = self._pieces.at(now_ns)
             start_ns = self._delay.apply(now_ns, goal - position, velocity)
-        position, velocity = self.measured(start_ns)
+        position, velocity = self._pieces.at(start_ns)
         profile = trapezoid(goal - position, velocity, speed_limit, self.acceleration)
         self._follow(start_ns, profile, goal)
 
@@ -147,7 +150,7 @@ class IdealServo:
         The speed changes evenly up to the middle of this time, and from there on; if both changes
         are the same, the acceleration is constant.
         """
-        begin, before = self.measured(now_ns)
+        begin, before = self._pieces.at(now_ns)
         half = (end_ns - now_ns) / NS_PER_S / 2.0
         middle = (position - begin) / half - (before + velocity) / 2.0
         changes = middle - before, velocity - middle
@@ -156,7 +159,7 @@ class IdealServo:
 
     def brake(self, now_ns: int) -> None:
         """Brake to rest from a time [ns] on, as a geared servo without torque."""
-        position, velocity = self.measured(now_ns)
+        position, velocity = self._pieces.at(now_ns)
         stop = Piece(
             abs(velocity) / self.acceleration, -math.copysign(self.acceleration, velocity)
         )
@@ -166,7 +169,7 @@ class IdealServo:
         self, start_ns: int, profile: list[Piece], goal: float, speed: float = 0.0
     ) -> None:
         """Replace the motion after start_ns by a profile that ends at a goal, with a speed."""
-        position, velocity = self.measured(start_ns)
+        position, velocity = self._pieces.at(start_ns)
         starts_ns, rows, elapsed = [start_ns], [], 0.0
         for piece in profile:
             rows.append((position, velocity, piece.acceleration))
