@@ -111,9 +111,7 @@ class CloudInput:
         self.received = 0
         self.drops: Counter[str] = Counter()
         self._dropped_ns: tuple[int, int] | None = None  # first and last, since one was used
-        self._sources: dict[
-            str, int
-        ] = {}  # the publisher that was heard first, until it is silent
+        self._sources: dict[str, int] = {}  # by topic: the first publisher until it is silent
         self._unknown_frames: set[str] = set()
         self._waiting: list[_Waiting] = []  # in the order of arrival
         self._forget_pauses()
