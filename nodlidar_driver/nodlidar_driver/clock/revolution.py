@@ -3,13 +3,11 @@
 from collections import deque
 from dataclasses import dataclass
 
+from nodlidar_driver.clock.arrivals import WINDOW_MS
 from nodlidar_driver.clock.stamp_check import IRREGULAR_MS, SPEED_RANGE
 import numpy as np
 from numpy.typing import NDArray
 
-# Of the scans in the fit. Fractions of a UST, with revolutions of 25.004 ms, need 7 s to cover a
-# millisecond. As long as they cover it once only, the fit hardly knows the period.
-_WINDOW_MS = 30_000.0
 _WANDER_MS = 0.05  # deviation of the motor from an even revolution that still fits
 _TRIAL_PERIODS = np.linspace(-1.0, 1.0, 65)[:, None]
 
@@ -101,7 +99,9 @@ class RevolutionTimes:
     def __init__(self, period_ms: float) -> None:
         self.period_ms = period_ms
         self._nominal_ms = period_ms
-        scans = round(_WINDOW_MS / period_ms)
+        # As many as in the window of the arrivals, in which times of other fits look like a drift:
+        # fractions of a UST, whose revolutions take 25.004 ms, need 7 s to cover a millisecond.
+        scans = round(WINDOW_MS / period_ms)
         self._revolutions: deque[int] = deque(maxlen=scans)
         self._stamps: deque[int] = deque(maxlen=scans)
 
