@@ -17,13 +17,14 @@ from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.urg_requests import Stream
 from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.world.effects import imperfect
+from nodlidar_sim.world.faulty_servo import FaultyServo
 from nodlidar_sim.world.world import World
 import numpy as np
 import psutil
 import yaml
 
 from bench.faults.fault_recorder import RecorderProcess
-from bench.faults.fault_truth import FaultyServo, Truth
+from bench.faults.fault_truth import Truth
 from bench.shared.node_processes import node_processes
 from bench.shared.noisy_room import noisy_room, switching_soon, terminals
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 
 from nodlidar_sim.devices.scip_models import URG_04LX_UG01
 from nodlidar_sim.devices.urg_scan import Revolution
-from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.nod_motion import Array, Motion, Times
 import numpy as np
 from numpy.typing import NDArray
@@ -75,54 +74,3 @@ class Truth:
         codes[codes < URG_04LX_UG01.range_min_mm] = 0
         pitch = self._motion.position(revolution.times_ns)
         self.scans.append(TrueScan(revolution.times_ns, codes, pitch, heard))
-
-
-class FaultyServo(IdealServo):
-    """A servo whose motor and encoder can fail; its motion is the true one.
-
-    Attributes
-    ----------
-    blocked
-        Whether the motor cannot move it.
-    frozen
-        Reading of the encoder [rad]; None for the true position.
-    spike_rate
-        Share of the readings that are random.
-    first_hit_ns
-        When a fault first had an effect [ns]; None if none had.
-    """
-
-    def __init__(self, seed: int) -> None:
-        super().__init__()
-        self._rng = np.random.default_rng(seed)
-        self.mend()
-
-    def mend(self) -> None:
-        """End all faults."""
-        self.blocked = False
-        self.frozen: float | None = None
-        self.spike_rate = 0.0
-        self.first_hit_ns: int | None = None
-
-    def measured(self, now_ns: int) -> tuple[float, float]:
-        """Return the readings of the encoder [rad] and of the speed register [rad/s]."""
-        position, velocity = super().measured(now_ns)
-        if self.frozen is not None:
-            self._hit(now_ns)
-            return self.frozen, 0.0
-        if self.spike_rate and self._rng.random() < self.spike_rate:
-            self._hit(now_ns)
-            return self._rng.uniform(-2.6, 2.6), velocity
-        return position, velocity
-
-    def set_goal(self, now_ns: int, goal: float, speed_limit: float) -> None:
-        """Go to an angle [rad] at a speed [rad/s], unless it is blocked."""
-        if self.blocked:
-            self._hit(now_ns)
-            self.brake(now_ns)
-        else:
-            super().set_goal(now_ns, goal, speed_limit)
-
-    def _hit(self, now_ns: int) -> None:
-        if self.first_hit_ns is None:
-            self.first_hit_ns = now_ns

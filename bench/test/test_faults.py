@@ -8,10 +8,12 @@ from nodlidar_demo.evaluation import simulated_log
 from nodlidar_servo.bus.replies import PositionError
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.servo import Servo
+from nodlidar_sim.devices.rx_motor import TICK
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.effects import Effects
+from nodlidar_sim.world.faulty_servo import FaultyServo
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
@@ -23,7 +25,7 @@ from bench.faults.fault_kinds import KINDS, schedule
 from bench.faults.fault_log import Cloud, Published, Status
 from bench.faults.fault_naming import named
 from bench.faults.fault_rows import row
-from bench.faults.fault_truth import Changes, FaultyServo, TrueScan, Truth
+from bench.faults.fault_truth import Changes, TrueScan, Truth
 from bench.shared.reference import reference_nod, START_NS
 
 DURATION = 12.0
@@ -234,9 +236,6 @@ def test_every_fault_occurs_and_those_that_end_the_launch_come_last():
     assert {k.name for k in schedule(1, 'unplugged')} == {'lidar: unplugged', 'servo: unplugged'}
     with pytest.raises(ValueError, match='no fault has'):
         schedule(1, 'meteorite')
-
-
-TICK = math.radians(300.0) / 1023  # of the RX-24F
 
 
 def driven(motion, driver, clock, goal):

@@ -3,7 +3,7 @@
 from nodlidar_common.nod import Nod
 from nodlidar_servo.following import RETRY
 from nodlidar_sim.devices import rx_table as table
-from nodlidar_sim.world.ideal_servo import IdealServo
+from nodlidar_sim.world.faulty_servo import FaultyServo
 import numpy as np
 import pytest
 from test_servo_loop import Bench, NOD, START_NS, SWEEP
@@ -13,29 +13,12 @@ SMALL = Nod(-0.15, 0.15, SWEEP, 4001, START_NS)
 FAST = Nod(-0.6136, 0.6136, 0.2, 2001, START_NS)
 
 
-class FaultyMotion(IdealServo):
-    """A shaft that may be blocked, with an encoder that may stand still."""
-
-    blocked = False
-    frozen = None
-
-    def set_goal(self, now_ns, goal, speed_limit):
-        if self.blocked:
-            self.brake(now_ns)
-        else:
-            super().set_goal(now_ns, goal, speed_limit)
-
-    def measured(self, now_ns):
-        return super().measured(now_ns) if self.frozen is None else (self.frozen, 0.0)
-
-
 class FaultyBench(Bench):
     """A bench whose servo nods already, and whose motion may fail."""
 
     def __init__(self, nod=NOD, **options):
-        super().__init__(**options)
+        super().__init__(motion=FaultyServo(position=0.2, history=1e6), **options)
         self.nod = nod
-        self.motion.__class__ = FaultyMotion
         self.run_for(2.0)
         assert not self.following.fault
 
@@ -67,7 +50,7 @@ def reset_torque_limit(bench):
 
 
 def mend(bench):
-    bench.motion.blocked, bench.motion.frozen = False, None
+    bench.motion.mend()
 
 
 @pytest.mark.parametrize('nod', [NOD, SMALL, FAST])

@@ -116,7 +116,7 @@ class IdealServo:
     def measured(self, now_ns: int) -> tuple[float, float]:
         """Return angle [rad] and speed [rad/s] at a time [ns]: the device rounds them.
 
-        An encoder that fails overrides it; the motion does not follow it.
+        FaultyServo overrides it: the motion does not depend on what is measured.
         """
         return self._pieces.at(now_ns)
 
