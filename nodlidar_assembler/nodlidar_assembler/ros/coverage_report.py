@@ -11,7 +11,6 @@ from nodlidar_assembler.ros.nod_commander import NodCommander
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_msgs.msg import Coverage
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 
 
 class CoverageReport:
@@ -46,10 +45,7 @@ class CoverageReport:
         self._message.header.frame_id = config.frame_id
         self.plan(config)
         self._publisher = node.create_publisher(
-            Coverage,
-            '~/coverage',
-            QoSProfile(depth=10),
-            qos_overriding_options=OVERRIDABLE,
+            Coverage, '~/coverage', 10, qos_overriding_options=OVERRIDABLE
         )
         updater.add('coverage', self._report)
 

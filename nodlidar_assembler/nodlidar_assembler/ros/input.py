@@ -11,7 +11,6 @@ from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 
 
 class Input(Subscriber):
@@ -52,7 +51,7 @@ class Input(Subscriber):
             node,
             kind,
             topic,
-            qos_profile=QoSProfile(depth=depth),
+            qos_profile=depth,
             qos_overriding_options=OVERRIDABLE,
             **options,
         )

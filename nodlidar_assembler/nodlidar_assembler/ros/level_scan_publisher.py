@@ -13,7 +13,6 @@ from nodlidar_common.ros.messages import time_message, transform_message
 from nodlidar_common.ros.qos import OVERRIDABLE
 import numpy as np
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import LaserScan
 from tf2_ros import StaticTransformBroadcaster
 
@@ -34,10 +33,7 @@ class LevelScanPublisher:
                 transform_message(now_ns, config.frame_id, frame, level)
             )
         self._publisher = node.create_publisher(
-            LaserScan,
-            'level_scan',
-            QoSProfile(depth=10),
-            qos_overriding_options=OVERRIDABLE,
+            LaserScan, 'level_scan', 10, qos_overriding_options=OVERRIDABLE
         )
 
     def add(self, assembled: Assembled) -> None:

@@ -16,7 +16,6 @@ from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.survival import Survival
 from nodlidar_msgs.msg import NodCommand
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 
 # In intervals of command_rate: from when on a scan takes a command along, which wakes nobody up,
 # and when a timer publishes one without a scan.
@@ -50,10 +49,7 @@ class NodCommander:
         self._stamp_clock = StampClock()
         self._warn_if_samples_repeat()
         self._commands = node.create_publisher(
-            NodCommand,
-            'nod_command',
-            QoSProfile(depth=1),
-            qos_overriding_options=OVERRIDABLE,
+            NodCommand, 'nod_command', 1, qos_overriding_options=OVERRIDABLE
         )
         self._interval_ns = NS_PER_S / config.command_rate
         self._published_ns = 0

@@ -31,7 +31,6 @@ from nodlidar_common.ros.tf_odometry import TfOdometry
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 
 # Messages that wait while the node is busy or stopped: for ten seconds.
@@ -58,10 +57,7 @@ class Assembler(Node):
             self._nod = NodCommander(self, self.config, self._clock_watch, self.survival)
         self._scene_monitor = SceneMonitor(self.config)
         self._clouds = self.create_publisher(
-            PointCloud2,
-            'points',
-            QoSProfile(depth=10),
-            qos_overriding_options=OVERRIDABLE,
+            PointCloud2, 'points', 10, qos_overriding_options=OVERRIDABLE
         )
         self._level_scan: LevelScanPublisher | None = None
         if self.config.level_scan != 'off':

@@ -10,7 +10,6 @@ from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_driver.base.diagnosis import LidarDiagnosis
 from nodlidar_driver.ros.messages import arrival_message
 import numpy as np
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import LaserScan, TimeReference
 
 _DEPTH = 100  # scans kept for a reliable subscriber that pauses for some seconds
@@ -31,14 +30,11 @@ class LidarNode(DeviceNode):
         self.configure()
         self._lidar: Any = None
         self._scans = self.create_lifecycle_publisher(
-            LaserScan, 'scan', QoSProfile(depth=_DEPTH), qos_overriding_options=OVERRIDABLE
+            LaserScan, 'scan', _DEPTH, qos_overriding_options=OVERRIDABLE
         )
         self.sole_topic = self._scans.topic_name
         self._arrivals = self.create_lifecycle_publisher(
-            TimeReference,
-            '~/arrival',
-            QoSProfile(depth=_DEPTH),
-            qos_overriding_options=OVERRIDABLE,
+            TimeReference, '~/arrival', _DEPTH, qos_overriding_options=OVERRIDABLE
         )
 
     def message(self, scan: Any, stamp_ns: int) -> LaserScan:

@@ -13,7 +13,6 @@ from nodlidar_common.tracking import Progress
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.messages import status_message
-from rclpy.qos import QoSProfile
 
 
 class NodNode(DeviceNode):
@@ -30,14 +29,10 @@ class NodNode(DeviceNode):
     def __init__(self, config_class: type[Any]) -> None:
         super().__init__('servo', config_class)
         self._status = self.create_lifecycle_publisher(
-            NodStatus, '~/status', QoSProfile(depth=10), qos_overriding_options=OVERRIDABLE
+            NodStatus, '~/status', 10, qos_overriding_options=OVERRIDABLE
         )
         self.sole_topic = self.create_subscription(
-            NodCommand,
-            'nod_command',
-            self._on_command,
-            QoSProfile(depth=10),
-            qos_overriding_options=OVERRIDABLE,
+            NodCommand, 'nod_command', self._on_command, 10, qos_overriding_options=OVERRIDABLE
         ).topic_name
 
     def now_ns(self) -> int:

@@ -20,7 +20,6 @@ from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.messages import fill_joint_state, joint_state_template
 from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.servo_loop import LoopFigures, ServoLoop
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
 _DEPTH = 1000  # joint states kept for a reliable subscriber that pauses for some seconds
@@ -39,10 +38,7 @@ class ServoNode(NodNode):
         self.configure()
         self._servo: Servo | None = None
         self._joint_states = self.create_lifecycle_publisher(
-            JointState,
-            'joint_states',
-            QoSProfile(depth=_DEPTH),
-            qos_overriding_options=OVERRIDABLE,
+            JointState, 'joint_states', _DEPTH, qos_overriding_options=OVERRIDABLE
         )
         self._status_ns = 0
 

@@ -70,7 +70,7 @@ class TrajectoryNode(NodNode):
             self.destroy_publisher(self._trajectory)
         topic = f'{self.config.controller}/joint_trajectory'
         self._trajectory = self.create_publisher(
-            JointTrajectory, topic, QoSProfile(depth=1), qos_overriding_options=OVERRIDABLE
+            JointTrajectory, topic, 1, qos_overriding_options=OVERRIDABLE
         )
         self.commands = NodCommands(self.config)
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
