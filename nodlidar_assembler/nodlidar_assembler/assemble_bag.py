@@ -3,23 +3,6 @@
 The clouds are those that the assembler node publishes for the same messages and parameters.
 """
 
-from collections.abc import Sequence
-import sys
+from nodlidar_common.command_line import command
 
-from nodlidar_common.command_line import run
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Assemble a bag; return the exit status."""
-
-    def work() -> None:
-        # Imported here, so that `run` reports a missing package in one line.
-        from nodlidar_assembler.bags.command import assemble
-
-        assemble(argv, __doc__)
-
-    return run('assemble_bag', work)
-
-
-if __name__ == '__main__':
-    sys.exit(main())
+main = command('assemble_bag', 'nodlidar_assembler.bags.command:assemble', __doc__)

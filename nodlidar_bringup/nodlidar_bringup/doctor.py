@@ -3,7 +3,6 @@
 import argparse
 from collections.abc import Sequence
 import os
-import sys
 
 from nodlidar_bringup.checks.network import check_network
 from nodlidar_bringup.checks.network_facts import network_facts
@@ -56,7 +55,3 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument('--json', action='store_true', help='print a JSON object')
     return parser.parse_args(argv)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -6,7 +6,6 @@ import os
 from pathlib import Path
 import shlex
 import subprocess
-import sys
 
 from nodlidar_common.command_line import LineParser, run
 from nodlidar_common.errors import NodlidarError
@@ -74,7 +73,3 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = LineParser('install_udev_rules', __doc__)
     parser.add_argument('--print', action='store_true', help='print the rules, change nothing')
     return parser.parse_args(argv)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -5,12 +5,13 @@ route file; 130 interrupted by Ctrl-C. Errors go to stderr.
 """
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import io
 import os
+import pkgutil
 import sys
 import traceback
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from nodlidar_common.errors import NodlidarError, ParameterError
 
@@ -67,7 +68,7 @@ def run(prog: str, work: Callable[[], int | None]) -> int:
         The command's name.
     work
         The command; returns the exit status, or None for 0. It should import the packages that
-        may be missing on a machine.
+        may be missing on a machine; see `command`.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -91,6 +92,26 @@ def run(prog: str, work: Callable[[], int | None]) -> int:
         print(_line(prog, in_words(error)), file=sys.stderr)
         return NOT_ALLOWED if isinstance(error, ParameterError) else COULD_NOT
     return status
+
+
+def command(prog: str, work: str, *arguments: Any) -> Callable[..., int]:
+    """Return the `main` of a command, which takes its options and returns its exit status.
+
+    Parameters
+    ----------
+    prog
+        The command's name.
+    work
+        What does it, as in an entry point, 'package.module:function'. It is imported by `main`, so
+        that a missing package is an error of one line.
+    arguments
+        Of the function, after the options.
+    """
+
+    def main(argv: Sequence[str] | None = None) -> int:
+        return run(prog, lambda: pkgutil.resolve_name(work)(argv, *arguments))
+
+    return main
 
 
 def in_words(error: Exception) -> str:
