@@ -253,7 +253,7 @@ def test_replies_that_come_late_on_a_busy_host_are_not_those_of_a_second_servo(
 ):
     """Each of the first one, two or three requests gets no reply in time."""
     servo = make(kind)
-    where, device = registers_of(packets).table, FaultyDevice(servo)
+    where, device = registers_of(packets), FaultyDevice(servo)
     device.stalled_until_ns = CLOCK() + late_ms * 1_000_000
     with Line(device)(servo.bit_rate) as port:
         found = Found(packets, round(servo.bit_rate), 1)

@@ -79,13 +79,14 @@ def _registers(path: str, rate: int, packets: PacketFormat, servo_id: int, data:
     number = packets.number
     if head := _request(path, rate, packets, (servo_id, READ, number(0) + number(HEAD))):
         packets = protocol_of(packets, head[1])
-    table = registers_of(packets).table
+    table = registers_of(packets)
     request = servo_id, READ, number(0) + number(table.set_up_size)
     found = _request(path, rate, packets, request)
     if found is None or len(found[1]) != table.set_up_size:
         return Answer(SERVO, _model(int.from_bytes(data[:2], 'little')), rate, servo_id)
-    set_up = table.parse_set_up(found[1])
-    return Answer(SERVO, _model(set_up.number), rate, servo_id, set_up.wrong_mode)
+    values = table.values(found[1])
+    wrong = table.wrong_mode(values)
+    return Answer(SERVO, _model(values['model number']), rate, servo_id, wrong)
 
 
 def _model(number: int) -> str:

@@ -80,7 +80,7 @@ class ServoConfig(JointConfig):
             if not low <= getattr(self, key) <= high:
                 limit = f'between {low:.4f} and {high:.4f} rad, the range of the servo'
                 raise ParameterError(key, limit, getattr(self, key))
-        if self.position_gain and self.scale.model.table.position_gain is None:
+        if self.position_gain and 'position gain' not in self.scale.model.table.registers:
             limit = f'0 for a servo {self.model}, which has no such register'
             raise ParameterError('position_gain', limit, self.position_gain)
 

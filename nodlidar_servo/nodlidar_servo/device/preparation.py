@@ -12,7 +12,7 @@ from nodlidar_servo.bus.replies import (
     status_names,
 )
 from nodlidar_servo.device.config import ServoConfig
-from nodlidar_servo.models.control_table import ControlTable, SetUp
+from nodlidar_servo.models.control_table import ControlTable
 from nodlidar_servo.models.models import MODELS
 
 _RETURN_DELAY_UNIT_NS = 2000
@@ -53,38 +53,41 @@ def prepare(bus: DynamixelBus, config: ServoConfig) -> Setting:
     """
     table = config.scale.model.table
     found = _read(bus, table)
-    _check_model(found.number, config)
-    if found.return_level != table.reply_to_all:
+    _check_model(found['model number'], config)
+    if found['return level'] != table.reply_to_all:
         _have_writes_confirmed(bus, table)
-    _revive(bus, table, found.shutdown)
-    bus.write(table.torque_enable, bytes([False]))
+    shutdown = found['shutdown'] << table.alarm_shift
+    _revive(bus, table, shutdown)
+    bus.write(*table.encoded('torque', False))
     set_watchdog(bus, table, on=False)
     _check_positions(found, config)
-    if found.return_delay != 0:  # the EEPROM wears out
+    if found['return delay'] != 0:  # the EEPROM wears out
         with suppress(RefusedError):  # if it is locked, the stamps allow for the delay
-            bus.write(table.return_delay, bytes([0]))
-    if found.most_torque == 0:
+            bus.write(*table.encoded('return delay', 0))
+    if (most := found['most torque']) == 0:
         raise DeviceError(
-            f'the maximum torque of the servo (address {table.most_torque}) is 0: it cannot move'
+            f'the maximum torque of the servo (address {table.address("most torque")}) is 0: it'
+            ' cannot move'
         )
-    torque_limit = round(config.torque_limit * found.most_torque)
+    torque_limit = round(config.torque_limit * most)
     write_torque_limit(bus, table, torque_limit)
     gain = config.position_gain or config.scale.model.position_gain
     write_position_gain(bus, table, gain)
-    delay_ns = bus.read(table.return_delay, 1).data[0] * _RETURN_DELAY_UNIT_NS
-    limits = MotorLimits(found.temperature, found.voltage_min, found.voltage_max, found.shutdown)
+    delay_ns = bus.read(table.address('return delay'), 1).data[0] * _RETURN_DELAY_UNIT_NS
+    voltages = found['lowest voltage'] / 10.0, found['highest voltage'] / 10.0
+    limits = MotorLimits(found['hottest'], *voltages, shutdown)
     return Setting(limits, torque_limit, gain, delay_ns)
 
 
 def write_torque_limit(bus: DynamixelBus, table: ControlTable, limit: int) -> None:
     """Write the torque limit; Protocol 1.0: it revives a motor that has shut itself down."""
-    bus.write(table.torque_limit, limit.to_bytes(2, 'little'))
+    bus.write(*table.encoded('torque limit', limit))
 
 
 def write_position_gain(bus: DynamixelBus, table: ControlTable, gain: int) -> None:
     """Write the P gain of the position loop, unless it is 0 or not in RAM."""
-    if gain and table.position_gain is not None:
-        bus.write(table.position_gain, gain.to_bytes(2, 'little'))
+    if gain and 'position gain' in table.registers:
+        bus.write(*table.encoded('position gain', gain))
 
 
 def set_watchdog(bus: DynamixelBus, table: ControlTable, *, on: bool) -> None:
@@ -92,31 +95,31 @@ def set_watchdog(bus: DynamixelBus, table: ControlTable, *, on: bool) -> None:
 
     An expired watchdog refuses goals until 0 is written (ROBOTIS e-manual, Bus Watchdog).
     """
-    if table.watchdog is not None:
-        bus.write(table.watchdog, bytes([0]))
+    if 'watchdog' in table.registers:
+        bus.write(*table.encoded('watchdog', 0))
         if on:
-            bus.write(table.watchdog, bytes([_WATCHDOG]))
+            bus.write(*table.encoded('watchdog', _WATCHDOG))
 
 
 def hardware_errors(bus: DynamixelBus, table: ControlTable) -> int:
     """Return the status bits of the register of alarms, 0 if the servo has no such register."""
-    if table.hardware_error is None:
+    if 'errors' not in table.registers:
         return 0
-    return bus.read(table.hardware_error, 1).data[0] << HARDWARE_ERRORS
+    return bus.read(table.address('errors'), 1).data[0] << HARDWARE_ERRORS
 
 
-def _read(bus: DynamixelBus, table: ControlTable) -> SetUp:
+def _read(bus: DynamixelBus, table: ControlTable) -> dict[str, int]:
     try:
         block = bus.read(0, table.set_up_size)
     except NoAnswerError:  # it may be set to answer nothing but pings
-        bus.post(table.return_level, bytes([table.reply_to_all]))
+        bus.post(*table.encoded('return level', table.reply_to_all))
         block = bus.read(0, table.set_up_size)
-    return table.parse_set_up(block.data)
+    return table.values(block.data)
 
 
 def _have_writes_confirmed(bus: DynamixelBus, table: ControlTable) -> None:
-    address = table.return_level
-    bus.post(address, bytes([table.reply_to_all]))
+    address, data = table.encoded('return level', table.reply_to_all)
+    bus.post(address, data)
     level = bus.read(address, 1).data[0]
     if level != table.reply_to_all:
         raise DeviceError(
@@ -146,10 +149,10 @@ def _check_model(number: int, config: ServoConfig) -> None:
         )
 
 
-def _check_positions(found: SetUp, config: ServoConfig) -> None:
-    if found.wrong_mode:
-        raise DeviceError(f'the servo is {found.wrong_mode}; {_SETUP}')
-    low, high, scale = found.low, found.high, config.scale
+def _check_positions(found: dict[str, int], config: ServoConfig) -> None:
+    low, high, scale = found['lower limit'], found['upper limit'], config.scale
+    if wrong := scale.model.table.wrong_mode(found):
+        raise DeviceError(f'the servo is {wrong}; {_SETUP}')
     if low > high:
         raise DeviceError(
             f'the lower limit of the position in the servo, {low}, is above the upper one, {high};'

@@ -109,7 +109,7 @@ class Servo:
         )
 
     def _status(self, reply: Reply) -> int:
-        if self._table.hardware_error is None:
+        if 'errors' not in self._table.registers:
             return self._table.packets.alarms(reply.status)
         has_alarm = self._table.packets.has_alarm(reply.status)
         return hardware_errors(self._bus, self._table) if has_alarm else 0
@@ -166,7 +166,7 @@ class Servo:
     def set_torque(self, on: bool) -> None:
         """Switch the torque, confirmed by the motor; raises DeviceError."""
         self._torque = None
-        self._bus.write(self._table.torque_enable, bytes([on]))
+        self._bus.write(*self._table.encoded('torque', on))
         self._torque = on
 
     def disconnect(self) -> None:

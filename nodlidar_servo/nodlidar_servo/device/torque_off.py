@@ -11,7 +11,7 @@ from nodlidar_servo.models.control_table import ControlTable
 def torque_off(servo_id: int, table: ControlTable) -> StopRequest:
     """Return the request that switches the torque off."""
     packets = table.packets
-    request = write_packet(packets, servo_id, table.torque_enable, bytes([False]))
+    request = write_packet(packets, servo_id, *table.encoded('torque', False))
     return StopRequest('servo', request, write_confirmation(packets, servo_id))
 
 

@@ -41,7 +41,7 @@ def needed_changes(condition: Condition, config: ServoConfig) -> list[Change]:
     if code is None:
         raise ParameterError('baud_rate', 'a rate that the servo can have', config.baud_rate)
     values = condition.values
-    reply_to_all = registers_of(condition.found.packets).table.reply_to_all
+    reply_to_all = registers_of(condition.found.packets).reply_to_all
     wanted = {
         'return level': (reply_to_all, 'all requests are answered'),
         **_modes(condition),

@@ -78,14 +78,14 @@ class Condition:
     def _checks(self) -> list[tuple[str, bool]]:
         values = self.values
         low, high, volts = values['lower limit'], values['upper limit'], values['voltage']
-        registers, least = registers_of(self.found.packets), values['lowest voltage']
+        table, least = registers_of(self.found.packets), values['lowest voltage']
         mode = values.get('operating mode')
         return [
             ('wheel mode: it turns without end', low == high == 0),
-            (f'operating mode {mode}, not position control', mode != registers.position_mode),
+            (f'operating mode {mode}, not position control', mode != table.position_mode),
             ('its torque is on: it holds its position', bool(values['torque'])),
             (f'it does not answer all requests (return level {values["return level"]})',
-             values['return level'] != registers.table.reply_to_all),
+             values['return level'] != table.reply_to_all),
             (f'its supply of {volts / 10.0:.1f} V is outside of {least / 10.0:.1f} to'
              f' {values["highest voltage"] / 10.0:.1f} V',
              not least <= volts <= values['highest voltage']),

@@ -47,13 +47,13 @@ class Session:
             number = found.packets.number
             head = self._ask(READ, number(0) + number(HEAD), HEAD).data
             self.found = replace(found, packets=protocol_of(found.packets, head))
-        self._map = registers_of(self.found.packets)
+        self._table = registers_of(self.found.packets)
 
     def check_alone(self) -> None:
         """Raise SharedIdError if two servos seem to have this ID."""
-        found, where = self.found, self._map
+        found, table = self.found, self._table
         with self._open_at(found.baud_rate) as port:
-            if is_shared(port, found, where.table.present, where.table.present_size):
+            if is_shared(port, found, table.present, table.present_size):
                 raise SharedIdError(
                     f'replies of ID {found.servo_id} at {found.baud_rate} bit/s are broken or'
                     ' double: two servos have this ID, or the line is disturbed. Leave one servo'
@@ -69,16 +69,16 @@ class Session:
         ReplyError
             If it does not answer; if it answers only pings, :meth:`make_it_answer` changes that.
         """
-        number, size = self.found.packets.number, self._map.size
+        number, size = self.found.packets.number, self._table.size
         answer = self._ask(READ, number(0) + number(size), size)
-        return Condition(self.found, self._map.values(answer.data), answer.status)
+        return Condition(self.found, self._table.values(answer.data), answer.status)
 
     def make_it_answer(self) -> None:
         """Switch the torque off and have all requests answered, neither with a confirmation.
 
         Lower return levels send none, and torque locks the settings of some models.
         """
-        for name, value in (('torque', 0), ('return level', self._map.table.reply_to_all)):
+        for name, value in (('torque', 0), ('return level', self._table.reply_to_all)):
             with suppress(ReplyError):
                 self._put(name, value, attempts=1)
 
@@ -103,7 +103,7 @@ class Session:
             raise LockedError(
                 'the settings of the servo are locked (address 47): switch its power off and on'
             )
-        if before['return level'] != self._map.table.reply_to_all:
+        if before['return level'] != self._table.reply_to_all:
             self.make_it_answer()
         self.torque_off()
         self._lock(False, before)
@@ -122,7 +122,7 @@ class Session:
             self._put('EEPROM lock', int(locked))
 
     def _write(self, change: Change) -> None:
-        address = self._map.places[change.name][0]
+        address = self._table.address(change.name)
         moves = change.name in ('ID', 'bit rate')  # its confirmation may come from the new place
         try:
             self._put(change.name, change.after, attempts=1 if moves else _ATTEMPTS)
@@ -148,7 +148,7 @@ class Session:
 
     def _put(self, name: str, value: int, attempts: int = _ATTEMPTS) -> None:
         """Write a register; a request may be repeated when its reply is lost."""
-        address, data = self._map.places[name][0], self._map.encode(name, value)
+        address, data = self._table.encoded(name, value)
         self._ask(WRITE, self.found.packets.number(address) + data, 0, attempts)
 
     def _ask(
