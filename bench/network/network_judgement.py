@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nodlidar_assembler.clouds.point_layout import POINT, xyz_in
-from nodlidar_assembler.inputs.scan_message import scan_from_message
+from nodlidar_assembler.inputs.scan_input import scan_from_message
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from numpy.typing import NDArray

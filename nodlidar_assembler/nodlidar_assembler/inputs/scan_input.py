@@ -1,18 +1,20 @@
 """LaserScan messages as checked scans."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 import math
 from typing import Any
 
-from nodlidar_assembler.clouds.geometry import revolution_time
+from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.inputs.one_source import OneSource
-from nodlidar_assembler.inputs.scan_message import scan_from_message
 from nodlidar_assembler.inputs.scan_watch import ScanWatch
 from nodlidar_assembler.inputs.stamp_clock import StampClock
 from nodlidar_common.errors import ParameterError, ScanError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
+from nodlidar_common.stamps import LATEST_NS, time_ns
+import numpy as np
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,43 @@ class ScanInputConfig:
     )
 
 
+# All scans of a lidar have the same geometry.
+_geometry = lru_cache(maxsize=16)(ScanGeometry)
+
+
+def scan_from_message(message: Any, config: ScanInputConfig = ScanInputConfig()) -> Scan:
+    """Return a LaserScan, of rclpy or a bag, as a scan that shares its arrays if it can.
+
+    Raises
+    ------
+    ParameterError
+        If the message's stamp, angles, times or range limits are invalid.
+    """
+    stamp_ns = time_ns(message.header.stamp) - round(config.scan_delay * NS_PER_S)
+    if not 0 <= stamp_ns <= LATEST_NS:
+        raise ParameterError('stamp', 'after 1970 and before 2038', stamp_ns / NS_PER_S)
+    beams, angle, step = len(message.ranges), message.angle_min, message.angle_increment
+    if config.last_beam_first:
+        angle, step = angle + (beams - 1) * step, -step
+    offset = config.range_offset
+    geometry = _geometry(
+        beams,
+        angle,
+        step,
+        message.time_increment or config.time_increment,
+        max(message.range_min + offset, 0.0),
+        min(message.range_max + offset, config.max_range or math.inf),
+    )
+    order = slice(None, None, -1 if config.last_beam_first else 1)
+    ranges = np.frombuffer(message.ranges, dtype=np.float32)[order]
+    return Scan(
+        stamp_ns=stamp_ns,
+        geometry=geometry,
+        ranges=ranges + np.float32(offset) if offset else ranges,
+        intensities=np.frombuffer(message.intensities, dtype=np.float32)[order],
+    )
+
+
 class RefusedScanError(ScanError):
     """A malformed or mistimed scan."""
 
@@ -85,14 +124,10 @@ class ScanInput:
     LATE = 'scan more than 1 s later than others, or the clock of the lidar was set back'
 
     def __init__(self, config: ScanInputConfig) -> None:
+        self._config = config
         self._lidars = OneSource()
         self.watch = ScanWatch()
         self._device_clock = StampClock() if config.scan_clock == 'device' else None
-        self._delay_ns = round(config.scan_delay * NS_PER_S)
-        self._time_increment = config.time_increment
-        self._max_range = config.max_range or math.inf
-        self._last_beam_first = config.last_beam_first
-        self._range_offset = config.range_offset
 
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock of the host was set by a step [ns]."""
@@ -105,14 +140,7 @@ class ScanInput:
         if not self._lidars.admits(message.header.frame_id, arrived_ns):
             raise RefusedScanError(self.OTHER_FRAME, message.header.frame_id)
         try:
-            scan = scan_from_message(
-                message,
-                self._delay_ns,
-                self._time_increment,
-                self._max_range,
-                self._last_beam_first,
-                self._range_offset,
-            )
+            scan = scan_from_message(message, self._config)
             nominal = revolution_time(scan.geometry)
         except ParameterError as error:
             raise RefusedScanError(f'{error.key} must be {error.limit}', error.value) from error
