@@ -13,7 +13,7 @@ import textwrap
 from typing import Any
 
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.profiles import governed, ProfileConfig, PROFILES
+from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.parameters import Limits, limits_of
 from nodlidar_driver.config import DriverConfig, LdrobotConfig
 from nodlidar_mapper.config import MapperConfig
@@ -23,6 +23,12 @@ from nodlidar_viewer.config import ViewerConfig
 import yaml
 
 WORKSPACE = Path(__file__).parents[1]
+BY_PROFILE = {
+    field.name: {name: getattr(config, field.name) for name, config in PROFILES.items()}
+    for field in fields(AssemblerConfig)
+}
+# The parameters in which profiles differ.
+GOVERNED = {key: values for key, values in BY_PROFILE.items() if len({*values.values()}) > 1}
 NODES = {
     'assembler': (ProfileConfig, AssemblerConfig),
     'driver': (DriverConfig,),
@@ -37,7 +43,7 @@ NODES = {
 LEFT_TO_LAUNCH = {
     'assembler': {
         'profile',
-        *governed(),
+        *GOVERNED,
         'scan_delay',
         'last_beam_first',
         'samples_per_sweep',
@@ -140,7 +146,7 @@ def profile_table() -> str:
         for path in (WORKSPACE / 'nodlidar_bringup' / 'config' / 'profiles').glob('*.yaml')
     }
     names = sorted(rates, key=list(PROFILES).index)
-    named = {f'`{name}`': values for name, values in governed().items()}
+    named = {f'`{name}`': values for name, values in GOVERNED.items()}
     rows = [f'| parameter | {" | ".join(names)} |', '| --- ' * (len(names) + 1) + '|']
     for name, values in (named | {'`feedback_rate` of the servo': rates}).items():
         rows.append(f'| {name} | ' + ' | '.join(f'`{in_yaml(values[n])}`' for n in names) + ' |')

@@ -1,7 +1,6 @@
 """Profiles: named defaults that trade accuracy against computing time (docs/tradeoffs.md)."""
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.parameters import parameter
@@ -24,14 +23,3 @@ class ProfileConfig:
         choices=tuple(PROFILES),
         live=True,
     )
-
-
-def governed() -> dict[str, dict[str, Any]]:
-    """Return the parameters in which profiles differ, with their values by profile."""
-    values = {
-        field.name: {name: getattr(config, field.name) for name, config in PROFILES.items()}
-        for field in fields(AssemblerConfig)
-    }
-    return {
-        key: by_profile for key, by_profile in values.items() if len({*by_profile.values()}) > 1
-    }
