@@ -1,15 +1,11 @@
 """The figures of every N_s of a band, for pictures."""
 
 from nodlidar_planner.choice.plan import Progress
-from nodlidar_planner.choice.timing_error import under_error, UnderError
 from nodlidar_planner.coverage.coverage import Coverage, Figures
 from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
-
-# Seeds; few runs of each N_s suffice for a picture of the band.
-SURVEY_RUNS = range(2000, 2016)
 
 
 def survey(
@@ -33,18 +29,3 @@ def survey(
     """
     patterns = (pattern_from(task, n_s, start_pitch) for n_s in progress(samples.tolist()))
     return [Coverage(task, pattern).figures() for pattern in patterns]
-
-
-def survey_under_error(
-    task: Task,
-    samples: NDArray[np.int64],
-    timing_error: float,
-    start_pitch: float | None = None,
-    progress: Progress = iter,
-) -> list[UnderError]:
-    """Return the completion of a few simulated runs of each N_s; see `survey` and `plans`."""
-    found = []
-    for n_s in progress(samples.tolist()):
-        pattern = pattern_from(task, n_s, start_pitch)
-        found.append(under_error(task, pattern, timing_error, SURVEY_RUNS))
-    return found

@@ -12,9 +12,11 @@ from nodlidar_planner.choice.choice import plans
 from nodlidar_planner.choice.front import Front
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate
-from nodlidar_planner.choice.survey import survey, survey_under_error
+from nodlidar_planner.choice.survey import survey
+from nodlidar_planner.choice.timing_error import under_error
 from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_planner.pattern.band import samples_in_band
+from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.error_report import error_report, write_error_picture
 from nodlidar_planner.plan_scan.options import as_option, objective_of, parse, Request
@@ -24,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SHOWN_UNDER_ERROR = 120  # N_s for which runs under a timing error are drawn
+RUNS_UNDER_ERROR = range(2000, 2016)  # their seeds; few runs suffice for a picture
 ON_FRONT_UNDER_ERROR = 60  # N_s considered for the front under a timing error
 # Cells of all N_s together that are considered for the completion under a timing error. It takes a
 # minute, and neighbours are alike.
@@ -126,15 +129,13 @@ def _plot(path: Path, answer: Answer, request: Request) -> None:
         instant = answer.objective.hole_after
         write_front_picture(path, answer.task, answer.plans[0], instant, answer.front)
         return
-    task = answer.task
+    task, start = answer.task, request.start_pitch
     samples = samples_in_band(task, request.slowest(task), request.fastest(task))
-    figures = survey(answer.task, samples, request.start_pitch, progress)
-    completion = np.array([each.completion_time for each in figures])
-    some = _thinned(samples, SHOWN_UNDER_ERROR)
-    errors = []
+    completion = np.array([f.completion_time for f in survey(task, samples, start, progress)])
+    under = []
     if request.error > 0.0:
-        errors = survey_under_error(
-            answer.task, some, request.error, request.start_pitch, progress
-        )
-    candidates = Candidates(samples, completion, list(zip(some.tolist(), errors, strict=False)))
-    write_picture(path, answer.task, answer.plans, candidates, answer.nominal)
+        for n_s in progress(_thinned(samples, SHOWN_UNDER_ERROR).tolist()):
+            pattern = pattern_from(task, n_s, start)
+            under.append((n_s, under_error(task, pattern, request.error, RUNS_UNDER_ERROR)))
+    candidates = Candidates(samples, completion, under)
+    write_picture(path, task, answer.plans, candidates, answer.nominal)
