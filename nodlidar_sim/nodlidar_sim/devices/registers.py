@@ -90,3 +90,9 @@ class Registers:
         """Return the registers of which a write includes at least one byte."""
         end = address + size
         return [r for r in self._registers if r.address < end and address < r.address + r.size]
+
+
+def sign_magnitude(value: float, sign: int) -> int:
+    """Return a value as a register with a sign bit."""
+    magnitude = min(round(abs(value)), sign - 1)
+    return magnitude | (sign if value < 0.0 and magnitude else 0)

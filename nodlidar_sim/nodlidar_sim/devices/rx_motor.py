@@ -3,6 +3,7 @@
 import math
 
 from nodlidar_sim.devices.motor import Motor, Target
+from nodlidar_sim.devices.registers import sign_magnitude
 from nodlidar_sim.devices.rx_table import (
     CCW_MARGIN,
     CCW_SLOPE,
@@ -38,7 +39,7 @@ SPEED_UNIT = RX24F.speed_unit
 """Step of the speed registers [rad/s]."""
 
 _VALUE_BITS = 0x3FF
-_CLOCKWISE = 0x400
+_CLOCKWISE = 0x400  # sign of a speed or load
 _WITHOUT_END = 1e6  # goal that is never reached in wheel mode [rad]
 _TURN = 2.0 * math.pi
 
@@ -87,8 +88,9 @@ class RxMotor(Motor):
         """Update the registers that report the state."""
         speed = self._sign * self.velocity(now_ns)
         self._table[POSITION] = self._position(now_ns)
-        self._table[SPEED] = _with_direction(speed / self._kind.speed_unit)
-        self._table[LOAD] = _with_direction(self._sign * self.torque(now_ns) * _VALUE_BITS)
+        self._table[SPEED] = sign_magnitude(speed / self._kind.speed_unit, _CLOCKWISE)
+        load = self._sign * self.torque(now_ns) * _VALUE_BITS
+        self._table[LOAD] = sign_magnitude(load, _CLOCKWISE)
         self._table[MOVING] = int(abs(speed) > 1e-9)
         self._table[VOLTAGE] = round(self.voltage * 10.0)
         self._table[TEMPERATURE] = round(self.temperature)
@@ -134,9 +136,3 @@ class RxMotor(Motor):
         if self._table.wheel_mode:
             ticks %= _TURN / kind.tick
         return min(max(round(ticks), 0), kind.ticks - 1)
-
-
-def _with_direction(value: float) -> int:
-    """Return a speed or load as a register: bit 10 is clockwise."""
-    magnitude = min(round(abs(value)), _VALUE_BITS)
-    return magnitude | (_CLOCKWISE if value < 0.0 and magnitude else 0)

@@ -15,6 +15,7 @@ from nodlidar_sim.devices.dynamixel_packets import (
     status_packet,
 )
 from nodlidar_sim.devices.motor import Motor, proportional, Target
+from nodlidar_sim.devices.registers import sign_magnitude
 from nodlidar_sim.world.nod_motion import ServoShaft
 
 PING, READ, WRITE, SYNC_WRITE = 1, 2, 3, 0x83
@@ -144,8 +145,8 @@ class StsEmulator(BusServo):
         ticks = round(motor.pitch(now_ns) / TICK + _ZERO_TICK)
         load = motor.torque(now_ns) * _LOAD_UNIT
         registers[table.POSITION] = ticks % (table.LAST_TICK + 1)
-        registers[table.SPEED] = table.sign_magnitude(speed / TICK, table.SIGN)
-        registers[table.LOAD] = table.sign_magnitude(load, table.LOAD_SIGN)
+        registers[table.SPEED] = sign_magnitude(speed / TICK, table.SIGN)
+        registers[table.LOAD] = sign_magnitude(load, table.LOAD_SIGN)
         registers[table.MOVING] = int(abs(speed) > 1e-9)
         registers[table.VOLTAGE] = round(motor.voltage * 10.0)
         registers[table.TEMPERATURE] = round(motor.temperature)

@@ -77,9 +77,3 @@ class StsTable(Registers):
         """Set the RAM to its defaults and the EEPROM to what was saved."""
         self.reset()
         self._bytes[:EEPROM_END] = self._saved
-
-
-def sign_magnitude(value: float, sign: int) -> int:
-    """Return a value as a register with a sign bit."""
-    magnitude = min(round(abs(value)), sign - 1)
-    return magnitude | (sign if value < 0.0 and magnitude else 0)
