@@ -129,10 +129,7 @@ class Pipeline:
 
     def __init__(self, config: PipelineConfig) -> None:
         self.mixed_pixels = 0
-        # One configuration; each name has the type of what reads it.
-        self._filter: MixedPixelConfig = config
-        self._sigma: SigmaConfig = config
-        self._motion_limits: OdometryConfig = config
+        self._config = config
         self.estimator = PitchEstimator(config)
         self._laser_pose, self._elevation = config.laser_pose, config.beam_elevation
         self._deskews, self._deskew_to = config.ego_motion == 'deskew', config.deskew_to
@@ -206,7 +203,7 @@ class Pipeline:
         self._repeats.check(scan.geometry, scan.ranges, pitch)
         poses = None
         if odometry is not None:
-            poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._motion_limits)
+            poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._config)
         placed = place(beams, self._without_mixed_pixels(scan), pitch)
         placed = self._with_sigma(placed, scan, beams, pitch)
         points = self._points(scan, placed, beams, poses)
@@ -230,16 +227,16 @@ class Pipeline:
         self, placed: Placed, scan: Scan, beams: Beams, pitch: NDArray[np.float64]
     ) -> Placed:
         """Return end points with their expected errors, if these are wanted."""
-        if not self._sigma.sigma_field:
+        if not self._config.sigma_field:
             return placed
         ranges, speed = scan.ranges[placed.beams], nod_speed(beams, pitch)[placed.beams]
-        return replace(placed, sigma=point_sigma(self._sigma, ranges, placed.xyz, speed))
+        return replace(placed, sigma=point_sigma(self._config, ranges, placed.xyz, speed))
 
     def _without_mixed_pixels(self, scan: Scan) -> NDArray[np.float32]:
         """Return the ranges of a scan, NaN for mixed pixels."""
-        if not self._filter.mixed_pixel_angle:
+        if not self._config.mixed_pixel_angle:
             return scan.ranges
-        mixed = find_mixed_pixels(scan.ranges, scan.geometry, self._filter)
+        mixed = find_mixed_pixels(scan.ranges, scan.geometry, self._config)
         self.mixed_pixels += int(np.count_nonzero(mixed))
         return np.where(mixed, np.float32(np.nan), scan.ranges)
 
