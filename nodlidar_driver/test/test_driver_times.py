@@ -3,6 +3,7 @@
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from nodlidar_driver.clock.envelope import least, lower_line
+import nodlidar_driver.clock.revolution as module
 from nodlidar_driver.clock.revolution import fit_truncated, RevolutionTimes
 from nodlidar_driver.clock.timer import unwrapped
 import numpy as np
@@ -33,6 +34,18 @@ def test_truncated_instants_are_found_within_what_their_stamps_allow(period, pha
     fitted = even.time + even.period * turns
     assert np.all(fitted >= stamps - 0.021)
     assert np.all(fitted <= stamps + 1.021)
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_of_many_scans_those_that_bound_no_line_change_nothing(monkeypatch, seed):
+    random = np.random.default_rng(seed)
+    turns = np.unique(random.integers(-1500, 0, 1200))
+    turns -= turns[-1]
+    wander = random.uniform(0.0, 0.02, len(turns))
+    stamps = np.floor(random.random() + random.uniform(24.9, 25.1) * turns + wander).astype(int)
+    found = fit_truncated(turns, stamps - stamps[-1], 0.05)
+    monkeypatch.setattr(module, '_MANY', len(turns))
+    assert found == fit_truncated(turns, stamps - stamps[-1], 0.05) is not None
 
 
 def test_no_line_explains_uneven_stamps():

@@ -1,6 +1,5 @@
 """Instants of step 0 on the lidar's clock, finer than its whole milliseconds."""
 
-from collections import deque
 from dataclasses import dataclass
 
 from nodlidar_driver.clock.arrivals import WINDOW_MS
@@ -9,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 _WANDER_MS = 0.05  # deviation of the motor from an even revolution that still fits
+_MANY = 256  # scans, from which on it saves time to leave out those that bound no line
+_BESIDE = 32  # scans of which only the outermost may bound one
 _TRIAL_PERIODS = np.linspace(-1.0, 1.0, 65)[:, None]
 
 
@@ -46,6 +47,11 @@ def fit_truncated(
     span = -float(revolutions[0])
     widest = (1.0 + 2.0 * tolerance) / span
     periods = -float(stamps[0]) / span + widest * _TRIAL_PERIODS
+    if len(stamps) > _MANY:
+        bounding = _bounding(
+            revolutions, stamps - periods[len(periods) // 2] * revolutions, widest
+        )
+        revolutions, stamps = revolutions[bounding], stamps[bounding]
     starts = stamps - periods * revolutions
     earliest = starts.max(axis=1) - tolerance
     latest = starts.min(axis=1) + 1.0 + tolerance
@@ -54,6 +60,23 @@ def fit_truncated(
         return None
     weights /= weights.sum()
     return EvenTimes(float(weights @ (earliest + latest)) / 2.0, float(weights @ periods[:, 0]))
+
+
+def _bounding(
+    revolutions: NDArray[np.int64], starts: NDArray[np.float64], widest: float
+) -> NDArray[np.bool_]:
+    """Return which starts may be the first or the last one, with a period up to widest off.
+
+    The others are farther within the starts of the scans beside them, by more than the period can
+    move them against each other.
+    """
+    first = np.arange(0, len(starts), _BESIDE)
+    last = np.minimum(first + _BESIDE, len(starts)) - 1
+    slack = widest * (revolutions[last] - revolutions[first]) + 1e-9  # and the rounding
+    low = np.minimum.reduceat(starts, first) + slack
+    high = np.maximum.reduceat(starts, first) - slack
+    group = np.arange(len(starts)) // _BESIDE
+    return np.asarray((starts <= low[group]) | (starts >= high[group]))
 
 
 def even_times(stamps: NDArray[np.float64], period: float) -> NDArray[np.float64]:
@@ -101,9 +124,10 @@ class RevolutionTimes:
         self._nominal_ms = period_ms
         # As many as in the window of the arrivals, in which times of other fits look like a drift:
         # fractions of a UST, whose revolutions take 25.004 ms, need 7 s to cover a millisecond.
-        scans = round(WINDOW_MS / period_ms)
-        self._revolutions: deque[int] = deque(maxlen=scans)
-        self._stamps: deque[int] = deque(maxlen=scans)
+        self._scans = round(WINDOW_MS / period_ms)
+        # Of the last scans that fit one line.
+        self._revolutions: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+        self._stamps: NDArray[np.int64] = np.empty(0, dtype=np.int64)
 
     def add(self, stamp_ms: int) -> NDArray[np.float64]:
         """Add the next scan's stamp (without wraps, ascending).
@@ -117,40 +141,41 @@ class RevolutionTimes:
         revolutions = self._revolutions_to(stamp_ms)
         if not self._regular(stamp_ms, revolutions):
             self._restart(stamp_ms, revolutions)
-        self._revolutions.append(self._revolutions[-1] + revolutions if self._revolutions else 0)
-        self._stamps.append(stamp_ms)
+        last = self._revolutions[-1] if len(self._revolutions) else -1
+        self._revolutions = np.concatenate([self._revolutions, [last + revolutions]])[
+            -self._scans :
+        ]
+        self._stamps = np.concatenate([self._stamps, [stamp_ms]])[-self._scans :]
         if len(self._stamps) == 1:
             return np.array([stamp_ms + 0.5])
         return stamp_ms + self._fit()
 
     def _regular(self, stamp_ms: int, revolutions: int) -> bool:
-        if not self._stamps:
+        if not len(self._stamps):
             return True
         deviation = abs(stamp_ms - self._stamps[-1] - revolutions * self.period_ms)
-        return deviation <= IRREGULAR_MS * revolutions
+        return bool(deviation <= IRREGULAR_MS * revolutions)
 
     def _revolutions_to(self, stamp_ms: int) -> int:
-        if not self._stamps:
+        if not len(self._stamps):
             return 1
-        return max(round((stamp_ms - self._stamps[-1]) / self.period_ms), 1)
+        return max(round(float(stamp_ms - self._stamps[-1]) / self.period_ms), 1)
 
     def _restart(self, stamp_ms: int, revolutions: int) -> None:
         """Forget the scans so far; the motor may have a new speed."""
         period_ms = (stamp_ms - self._stamps[-1]) / revolutions
         if abs(period_ms - self._nominal_ms) < SPEED_RANGE * self._nominal_ms:
             self.period_ms = period_ms
-        self._revolutions.clear()
-        self._stamps.clear()
+        self._revolutions, self._stamps = self._revolutions[:0], self._stamps[:0]
 
     def _fit(self) -> NDArray[np.float64]:
         """Fit a line to as many scans as possible; return times after the newest stamp [ms]."""
         while True:
-            revolutions = np.array(self._revolutions) - self._revolutions[-1]
-            stamps = np.array(self._stamps) - self._stamps[-1]
+            revolutions = self._revolutions - self._revolutions[-1]
+            stamps = self._stamps - self._stamps[-1]
             even = fit_truncated(revolutions, stamps, _WANDER_MS)
             if even is not None:
                 self.period_ms = even.period
-                return even.time + even.period * revolutions
-            for _ in range(max(len(revolutions) // 4, 1)):
-                self._revolutions.popleft()
-                self._stamps.popleft()
+                return np.asarray(even.time + even.period * revolutions)
+            oldest = max(len(revolutions) // 4, 1)
+            self._revolutions, self._stamps = self._revolutions[oldest:], self._stamps[oldest:]
