@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.config import MapConfig
@@ -27,6 +28,8 @@ NO_MAP = 'no map yet'
 # Wheels may have slipped far if so much less of a cloud fits than of those before. The newest one
 # has this weight in their average.
 UNUSUAL, NEWEST = 1.0 / 3.0, 0.3
+SLIPPED = 0.5, 1.5  # shares of the motion that are tried then
+STRAIGHTENED = 4  # times that a cloud is straightened by the slip that it showed before
 # Clouds that slips have bent lie on the map in part, where the robot is not. A match is not
 # believed if the share that lies on it is less than this of the usual one.
 LEAST_OF_USUAL = 0.6
@@ -178,7 +181,7 @@ class Mapper:
         way = guess[:3, 3] - predicted[:3, 3]  # from the robot to the cloud's frame
         covariance = carried(self._track.covariance, way)
         seen = self._seen(cloud)
-        found = self._matched(seen, guess, covariance, self._track.halfway @ cloud.mount)
+        found, seen = self._matched(cloud, seen, guess, covariance)
         lost = self._lost(found, seen)
         if not lost:
             self._was_placed = False
@@ -243,33 +246,56 @@ class Mapper:
         self._first.clear()
         self._track.covariance = Track(self._config).covariance
 
-    def _seen(self, cloud: _Cloud) -> Seen:
+    def _seen(self, cloud: _Cloud, slip: Array | None = None) -> Seen:
         """Return the points of a cloud in its frame, without the errors of odometry."""
         mount, age = cloud.mount, np.zeros(len(cloud.points)) if cloud.age is None else cloud.age
-        seen = self._track.seen(moved(mount, cloud.points), age, mount[:3, 3])
+        seen = self._track.seen(moved(mount, cloud.points), age, mount[:3, 3], slip)
         seen = seen.moved(inverse(mount))
         seen = seen[(np.abs(seen.points) < FARTHEST).all(axis=1)]  # NaN is not
         return seen.thinned(self._config.point_spacing)
 
-    def _matched(self, seen: Seen, guess: Array, covariance: Array, halfway: Array) -> Match:
-        """Match a cloud, as if wheels had slipped where that is more probable."""
+    def _matched(
+        self, cloud: _Cloud, seen: Seen, guess: Array, covariance: Array
+    ) -> tuple[Match, Seen]:
+        """Match a cloud, as if wheels had slipped where that is more probable.
+
+        Return the match, and the points as matched: without the bend of the slip.
+        """
         if not len(self.map.around.points):
-            return Match.none(guess, len(seen.points))
+            return Match.none(guess, len(seen.points)), seen
         prior = inverted(covariance)
         found = match(seen, self.map.around, guess, prior, self._config)
         usual = self._usual_fit
         self._usual_fit += NEWEST * (found.informative_share - usual)
         # What the first clouds show of odometry is no slip: it is learned.
         if self._first is not None or self._track.jump:
-            return found
+            return found, seen
         starts = [guess] if found.share < ALIKE else []
         if found.informative_share < UNUSUAL * usual:
-            starts.append(halfway)
+            starts += [self._track.moved_by(share) @ cloud.mount for share in SLIPPED]
         slipped = [
-            match(seen, self.map.around, guess, prior, self._config, slips=True, start=start)
-            for start in starts
+            each for start in starts for each in self._slipped(cloud, seen, guess, prior, start)
         ]
-        return min([found, *slipped], key=lambda each: each.cost)
+        return min([(found, seen), *slipped], key=lambda each: each[0].cost)
+
+    def _slipped(
+        self, cloud: _Cloud, seen: Seen, guess: Array, prior: Array, start: Array
+    ) -> Iterator[tuple[Match, Seen]]:
+        """Match a cloud as if wheels had slipped before it, and as if evenly throughout it."""
+        matched = partial(
+            match,
+            surface=self.map.around,
+            guess=guess,
+            prior=prior,
+            config=self._config,
+            slips=True,
+        )
+        yield matched(seen, start=start), seen
+        found = matched(seen, start=start, slip_time=self._track.interval)
+        for _ in range(STRAIGHTENED):
+            seen = self._seen(cloud, self._track.slip_to(found.pose @ inverse(cloud.mount)))
+            found = matched(seen, start=found.pose)
+            yield found, seen
 
     def _lost(self, found: Match, seen: Seen) -> str:
         """Return why a match is not believed, empty if it is; learn the usual share."""

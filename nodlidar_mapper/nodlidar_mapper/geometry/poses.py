@@ -22,6 +22,14 @@ def moved(pose: Array, points: Array) -> Array:
     return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
 
 
+def shifted(points: Array, changes: Array) -> Array:
+    """Return points, or one, turned about the origin and shifted, by a change (n, 6) each."""
+    if not len(changes):
+        return np.empty((0, 3))
+    turned = Rotation.from_rotvec(changes[:, 3:]).apply(points)
+    return np.asarray(turned + changes[:, :3])
+
+
 def corrected(pose: Array, change: Array) -> Array:
     """Return poses after small changes (x, y, z, and turns about these axes), shape (..., 6).
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_mapper.geometry.poses import Array, moved
+from nodlidar_mapper.geometry.poses import Array, moved, shifted
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,14 +18,17 @@ class Seen:
     ----------
     points, origins
         Points, and where the lidar was when it saw each [m], shape (n, 3).
+    age
+        Time from then to the instant of the cloud [s], shape (n,); None if that is not known.
     """
 
     points: Array
     origins: Array
+    age: Array | None = None
 
     @classmethod
     def joined(cls, parts: Sequence[Seen]) -> Seen:
-        """Return the points of several clouds as one."""
+        """Return the points of several clouds as one, whose ages are no longer known."""
         return cls(
             np.concatenate([part.points for part in parts]),
             np.concatenate([part.origins for part in parts]),
@@ -38,7 +41,31 @@ class Seen:
 
     def moved(self, pose: Array) -> Seen:
         """Return the points of the frame with a pose in its parent frame."""
-        return Seen(moved(pose, self.points), moved(pose, self.origins))
+        return Seen(moved(pose, self.points), moved(pose, self.origins), self.age)
+
+    def shares(self, seconds: float) -> Array:
+        """Return which share of an even slip in the last seconds each point has seen, (n,)."""
+        age = np.zeros(len(self.points)) if self.age is None else self.age
+        return np.asarray(np.clip(1.0 - age / seconds, 0.0, 1.0))
+
+    def slipped(self, pose: Array, slip: Array, seconds: float) -> Seen:
+        """Return the points in the parent frame, after an even slip that bent the cloud.
+
+        Parameters
+        ----------
+        pose
+            Of the cloud's frame, as if there were no slip.
+        slip
+            What changes that pose, shape (6,), see `corrected`.
+        seconds
+            From the begin of the slip to the instant of the cloud [s].
+        """
+        changes = self.shares(seconds)[:, None] * slip
+        points, origins = (
+            shifted(each @ pose[:3, :3].T, changes) + pose[:3, 3]
+            for each in (self.points, self.origins)
+        )
+        return Seen(points, origins, self.age)
 
     def thinned(self, spacing: float) -> Seen:
         """Return the mean of the points in each cube of an edge [m].
@@ -56,7 +83,9 @@ class Seen:
             sums = [np.bincount(cube, axis) for axis in values.T]
             return np.asarray(np.stack(sums, axis=1) / count[:, None])
 
-        return Seen(means(self.points), means(self.origins))
+        age = None if self.age is None else means(self.age[:, None])[:, 0]
+        return Seen(means(self.points), means(self.origins), age)
 
     def __getitem__(self, chosen: NDArray[np.bool_]) -> Seen:
-        return Seen(self.points.compress(chosen, axis=0), self.origins.compress(chosen, axis=0))
+        points, origins = (each.compress(chosen, axis=0) for each in (self.points, self.origins))
+        return Seen(points, origins, None if self.age is None else self.age.compress(chosen))

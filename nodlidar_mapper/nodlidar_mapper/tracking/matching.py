@@ -123,6 +123,7 @@ def match(
     reach: float | None = None,
     slips: bool = False,
     start: Array | None = None,
+    slip_time: float = 0.0,
 ) -> Match:
     """Return where a cloud fits a surface, each point on the side from which it was seen.
 
@@ -145,6 +146,9 @@ def match(
         counts.
     start
         Pose that the search starts from; by default the guess.
+    slip_time
+        Time for which wheels slipped evenly until the instant of the cloud, which bent it [s]; 0
+        if they slipped before the cloud.
     """
     free, noise = config.free, config.range_error
     pose = start = guess if start is None else start
@@ -154,8 +158,10 @@ def match(
     nothing, fit = Match.none(start, len(seen.points)), None
     if not len(surface.points):
         return nothing
+    shares = seen.shares(slip_time) if slip_time else np.ones(len(seen.points))
     for _ in range(ITERATIONS):
-        here = seen.moved(pose)
+        change = change_between(guess, pose)
+        here = seen.slipped(guess, change, slip_time) if slip_time else seen.moved(pose)
         distance, nearest = surface.tree.query(here.points, distance_upper_bound=reach)
         near = np.isfinite(distance)
         normals = surface.normals.take(nearest, axis=0, mode='clip')
@@ -165,8 +171,8 @@ def match(
         on, normal = here.points[near], normals[near]
         off = np.einsum('ni,ni->n', on - surface.points[nearest[near]], normal)
         weight = 1.0 / (1.0 + (off / (2.0 * width)) ** 2) / noise**2 / CORRELATION
-        information, pull, shows = _equations(on - pose[:3, 3], normal, weight, off, free)
-        change = change_between(guess, pose)
+        points = on - pose[:3, 3]
+        information, pull, shows = _equations(points, normal, weight, off, shares[near], free)
         far = float(change @ prior @ change)
         prior_weight = min((TAILS + len(free)) / (TAILS + far), 1.0) if slips else 1.0
         pull -= prior_weight * (prior @ change)
@@ -220,7 +226,7 @@ def _judged(fit: _Fit, pose: Array, config: MatchingConfig) -> Match:
 
 
 def _equations(
-    points: Array, normals: Array, weight: Array, off: Array, free: list[int]
+    points: Array, normals: Array, weight: Array, off: Array, shares: Array, free: list[int]
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the information (6, 6) about the pose, what pulls it (6,), and which points show it.
 
@@ -233,6 +239,8 @@ def _equations(
         From the robot to the points [m], and normals of their planes, shape (n, 3).
     weight, off
         Of each point, and its distance from its plane [m], shape (n,).
+    shares
+        Of the motion, by which each point moves, shape (n,).
     free
         Indices of the coordinates that are estimated.
     """
@@ -248,6 +256,7 @@ def _equations(
     moves = motions[:, :3] + np.einsum('ni,ikj->nkj', way, turns)  # of each point (n, k, 3)
     leaves = jacobian @ axes
     surely = 1.0 - TILT**2 * np.einsum('nki,nki->nk', moves, moves) / np.maximum(leaves**2, 1e-12)
+    leaves *= shares[:, None]
     counted = weight[:, None] * leaves * np.maximum(surely, 0.0)
     directions = np.zeros((6, len(free)))
     directions[free] = axes / unit[:, None]

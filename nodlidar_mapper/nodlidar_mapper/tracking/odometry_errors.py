@@ -57,6 +57,13 @@ class OdometryErrors:
         effect[:2, 1:] = np.outer([-y, x], effect[5, 1:] / 2.0)
         return effect
 
+    def forget(self, share: float) -> None:
+        """Forget a share of what was learned: wheels that slip count otherwise than before."""
+        self._information, self._pull = (
+            (1.0 - share) * each for each in (self._information, self._pull)
+        )
+        self._estimate()
+
     def add(
         self, counted: Array, change: Array, information: Array, before: Array, expected: Array
     ) -> None:
@@ -82,6 +89,9 @@ class OdometryErrors:
         weight = effect.T @ known @ solved(known + information, shown)
         self._information = memory * self._information + weight[:, :4]
         self._pull = memory * self._pull + weight[:, :4] @ self.estimate + weight[:, 4]
+        self._estimate()
+
+    def _estimate(self) -> None:
         self.covariance = inverted(self._information + self._unknown)
         self.estimate = self.covariance @ self._pull
 

@@ -17,6 +17,7 @@ from nodlidar_mapper.geometry.poses import (
     change_between,
     corrected,
     inverse,
+    shifted,
     turning,
 )
 from nodlidar_mapper.geometry.seen import Seen
@@ -73,6 +74,8 @@ class Track:
         Why odometry since the cloud before is not believed; empty if it is.
     paused
         Whether there was no cloud for a long time before the newest one.
+    interval
+        From the cloud before to the newest one [s].
     """
 
     def __init__(self, config: TrackConfig) -> None:
@@ -93,6 +96,7 @@ class Track:
         self.covariance = self._known = np.diag([1e-6] * 6)  # now, and after the last match
         self.jump = ''
         self.paused = False
+        self.interval = SPEED_OVER
 
     def predicted(self, stamp_ns: int, odometry: Array) -> Array:
         """Return the pose by odometry since the last cloud; the covariance grows.
@@ -112,7 +116,7 @@ class Track:
         self.covariance[self._fixed] = CERTAIN[self._fixed]
         return guess
 
-    def seen(self, points: Array, age: Array, lidar: Array) -> Seen:
+    def seen(self, points: Array, age: Array, lidar: Array, slip: Array | None = None) -> Seen:
         """Return deskewed points of the newest cloud without the learned errors of odometry.
 
         Parameters
@@ -121,8 +125,23 @@ class Track:
             In the frame of the robot [m], shape (n, 3); time from each to that cloud [s], (n,).
         lidar
             Place of the lidar on the robot [m], shape (3,).
+        slip
+            Rate of a slip since the cloud before that is taken out, too, see `slip_to`.
         """
-        return Seen(_carried(points, self._miscounted, age), _carried(lidar, self._back, age))
+        seconds = age[:, None]
+        points = shifted(points, seconds * self._miscounted)
+        lidars = shifted(lidar, seconds * self._back)
+        if slip is not None:
+            way = np.minimum(seconds, self.interval) * slip
+            points, lidars = shifted(points, way), shifted(lidars, way)
+        return Seen(points, lidars, age)
+
+    def slip_to(self, pose: Array) -> Array:
+        """Return the rate (6,) at which wheels slipped [m/s], [rad/s], if the robot is at a pose.
+
+        It is that of the predicted pose in the frame of the robot.
+        """
+        return change_between(np.eye(4), inverse(pose) @ self._guess) / self.interval
 
     def learn(self, pose: Array, information: Array, prior_weight: float = 1.0) -> None:
         """Learn the errors of odometry, and how certain the pose is, from a match.
@@ -138,6 +157,7 @@ class Track:
             error that stays.
         """
         self._slipped = max(self._slipped, 1.0 - prior_weight)
+        self._odometry_errors.forget(1.0 - prior_weight)
         surprise = (1.0 / prior_weight - 1.0) * self.covariance
         self._known, self.covariance = self._known + surprise, self.covariance + surprise
         if self.pose is not None and not self.jump:
@@ -173,13 +193,12 @@ class Track:
         """Continue from a pose of the robot in the map, and that in the frame of odometry."""
         self.pose, self._stamp_ns, self._odometry = pose, stamp_ns, odometry
 
-    @property
-    def halfway(self) -> Array:
-        """Pose after half of the motion since the last cloud, as if wheels had slipped."""
+    def moved_by(self, share: float) -> Array:
+        """Return the pose after a share of the last motion, as if wheels had slipped."""
         if self.pose is None:
             return self._guess
-        half = change_between(np.eye(4), self._last_motion) / 2.0
-        return np.asarray(self.pose @ corrected(np.eye(4), half))
+        way = share * change_between(np.eye(4), self._last_motion)
+        return np.asarray(self.pose @ corrected(np.eye(4), way))
 
     @property
     def _turned(self) -> Array:
@@ -191,7 +210,7 @@ class Track:
         """Take the motion since the last cloud; return the covariance that it adds."""
         motion = inverse(self._odometry) @ odometry
         distance, turn = between(np.eye(4), motion)
-        seconds = max(abs(stamp_ns - self._stamp_ns) / NS_PER_S, SPEED_OVER)
+        seconds = self.interval = max(abs(stamp_ns - self._stamp_ns) / NS_PER_S, SPEED_OVER)
         config = self._config
         known = len(self._seconds) == TIMES
         self.paused = known and seconds > PAUSE * max(self._seconds)
@@ -227,8 +246,3 @@ class Track:
             self._back = change_between(np.eye(4), back) / seconds
             self._miscounted = change_between(np.eye(4), back @ counted) / seconds
         self._speed_since = stamp_ns, odometry
-
-
-def _carried(points: Array, motion: Array, seconds: Array) -> Array:
-    """Return points, or one, moved at a rate (6,) [m/s], [rad/s] for a short time each, (n, 3)."""
-    return np.asarray(points + seconds[:, None] * (motion[:3] + np.cross(motion[3:], points)))
