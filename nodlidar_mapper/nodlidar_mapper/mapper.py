@@ -270,13 +270,16 @@ class Mapper:
         # What the first clouds show of odometry is no slip: it is learned.
         if self._first is not None or self._track.jump:
             return found, seen
-        starts = [guess] if found.share < ALIKE else []
-        if found.informative_share < UNUSUAL * usual:
-            starts += [self._track.moved_by(share) @ cloud.mount for share in SLIPPED]
-        slipped = [
-            each for start in starts for each in self._slipped(cloud, seen, guess, prior, start)
-        ]
-        return min([(found, seen), *slipped], key=lambda each: each[0].cost)
+        matches = [(found, seen)]
+        if found.share < ALIKE:
+            matches += self._slipped(cloud, seen, guess, prior, guess)
+        best = min(matches, key=_cost)
+        is_bad = best[0].share < LEAST_OF_USUAL * self._usual_share
+        if is_bad or found.informative_share < UNUSUAL * usual:
+            for share in SLIPPED:
+                start = self._track.moved_by(share) @ cloud.mount
+                matches += self._slipped(cloud, seen, guess, prior, start)
+        return min(matches, key=_cost)
 
     def _slipped(
         self, cloud: _Cloud, seen: Seen, guess: Array, prior: Array, start: Array
@@ -335,3 +338,7 @@ class Mapper:
         self.place(robot, *cloud.robot, of_robot)
         self._was_placed = False
         return found, ''
+
+
+def _cost(matched: tuple[Match, Seen]) -> float:
+    return matched[0].cost

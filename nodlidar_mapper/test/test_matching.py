@@ -7,7 +7,7 @@ import time
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_mapper.geometry.poses import corrected, inverse, moved, planar
+from nodlidar_mapper.geometry.poses import corrected, inverse, matrix_from, moved, planar
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface, surface_of
 from nodlidar_mapper.tracking.matching import FREEDOMS, match, MatchingConfig
@@ -80,6 +80,29 @@ def test_wheels_that_slip_are_not_believed(direction, slip):
     assert found.cost < match(cloud, ROOM, guess, prior, MatchingConfig()).cost
     assert found.on.mean() > 0.99
     assert match(cloud, ROOM, pose, prior, MatchingConfig(), slips=True).prior_weight == 1.0
+
+
+@settings(max_examples=25)
+@given(st.floats(-math.pi, math.pi), st.floats(0.0, 0.25), st.floats(0.1, 0.3))
+def test_a_cloud_bent_by_wheels_that_slip_throughout_is_matched(direction, slip, turn):
+    """Odometry shifted and turned the robot evenly for 0.7 s, while it stood."""
+    pose = planar(0.4, 0.1, 0.3)
+    truth = seen_at(pose, ROOM.points[::3]).points
+    age = RNG.uniform(0.0, 1.0, len(truth))  # before 0.7 s ago, nothing slipped
+    bent = []
+    for point, share in zip(truth, np.minimum(age / 0.7, 1.0), strict=True):
+        gone = slip * share * np.array([math.cos(direction), math.sin(direction)])
+        back = inverse(planar(0.0, 0.0, turn * share))
+        bent.append(moved(back, point[None] - [*gone, 0.0])[0])
+    lidar = np.tile([0.0, 0.0, 1.0], (len(truth), 1))
+    cloud = Seen(np.array(bent), lidar, age)
+    gone = slip * np.array([math.cos(direction), math.sin(direction), 0.0])
+    guess = pose @ matrix_from(planar(0.0, 0.0, turn)[:3, :3], gone)
+    prior = np.diag([0.006**-2] * 3 + [0.005**-2] * 3)
+    found = match(cloud, ROOM, guess, prior, MatchingConfig(), slips=True, slip_time=0.7)
+    np.testing.assert_allclose(found.pose, pose, atol=0.02)
+    assert found.on.mean() > 0.9
+    assert found.cost < match(cloud, ROOM, guess, prior, MatchingConfig(), slips=True).cost
 
 
 @settings(max_examples=10)

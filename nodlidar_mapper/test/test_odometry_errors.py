@@ -128,3 +128,15 @@ def test_deskewed_points_lose_the_learned_errors_of_odometry():
     assert off.max() > 0.02
     assert left.max() < 0.1 * off.max()
     np.testing.assert_allclose(seen.origins, lidars, atol=0.03)
+
+
+@pytest.mark.parametrize('share', [0.0, 0.5, 1.0])
+def test_what_was_learned_is_forgotten_by_a_share(learned, share):
+    unknown = np.linalg.inv(OdometryErrors(SLIP).covariance)
+    pull = np.linalg.solve(learned.covariance, learned.estimate)
+    known = np.linalg.inv(learned.covariance) - unknown
+    learned.forget(share)
+    information = (1.0 - share) * known + unknown
+    np.testing.assert_allclose(learned.covariance, np.linalg.inv(information), rtol=1e-6)
+    expected = np.linalg.solve(information, (1.0 - share) * pull)
+    np.testing.assert_allclose(learned.estimate, expected, atol=1e-9)

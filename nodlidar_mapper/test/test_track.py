@@ -1,7 +1,7 @@
 """The pose by odometry, and how certain it is."""
 
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import carried, planar
+from nodlidar_mapper.geometry.poses import carried, inverse, moved, planar
 from nodlidar_mapper.tracking.track import Track
 import numpy as np
 import pytest
@@ -40,6 +40,28 @@ def test_a_track_that_begins_again_knows_the_first_speed(stamps):
     track.predicted(*robots[0])
     seen = track.seen(np.ones((1, 3)), np.array([0.5]), np.zeros(3))
     np.testing.assert_allclose(seen.origins, [[-0.2, 0.0, 0.0]], atol=1e-9)
+
+
+def test_a_slip_is_taken_out_of_the_points_that_it_bent():
+    """Odometry goes on at 0.4 m/s and 0.5 rad/s, but from the last cloud on, the robot stands."""
+    track = Track(MapConfig())
+    for k in range(3):
+        pose = planar(0.28 * k, 0.0, 0.0)
+        track.predicted(round(0.7 * k * NS), pose)
+        track.move_to(pose, round(0.7 * k * NS), pose)
+    counted = planar(0.28, 0.0, 0.35)
+    track.predicted(round(2.1 * NS), pose @ counted)
+    slip = track.slip_to(pose)
+    wall = np.array([[3.0, 2.0, 1.0]])
+    age = np.array([0.7])
+    # What the robot saw after the last cloud, odometry has moved and turned back.
+    deskewed = moved(inverse(counted), wall)
+    seen = track.seen(deskewed, age, np.zeros(3), slip)
+    np.testing.assert_allclose(seen.points, wall, atol=1e-9)
+    np.testing.assert_allclose(seen.origins, [[0.0, 0.0, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(track.seen(wall, np.zeros(1), np.zeros(3), slip).points, wall)
+    older = track.seen(deskewed, 2.0 * age, np.zeros(3), slip).points
+    np.testing.assert_allclose(older, wall, atol=1e-9)  # before the last cloud, nothing slipped
 
 
 def test_every_pause_is_noticed():
