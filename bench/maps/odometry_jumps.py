@@ -32,31 +32,37 @@ EARLIEST, LATEST = 0.3, 0.8  # share of the drive
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What came of a jump.
+    """What came of wrong odometry.
 
     Attributes
     ----------
     end
         'right', 'wrong' or 'lost', at the end of the drive.
     seconds
-        After which the pose was right for good [s]; NaN if it was not.
+        From its begin until the pose was right for good [s]; NaN if it was not.
+    lost
+        Clouds that say that the robot is lost.
     unnoticed
         Clouds with a wrong pose without saying that the robot is lost.
+    largest
+        Error of those that do not say so [m].
     """
 
     end: str
     seconds: float
+    lost: int
     unnoticed: int
+    largest: float
 
 
 def results() -> list[Row]:
     """Return the outcomes of each jump on each drive."""
     rng = np.random.default_rng(1)
     rows: list[Row] = []
-    for name, scene in _drives().items():
+    for name, scene in drives().items():
         recording = recorded(scene, sum(leg.duration for leg in scene.base_legs), seed=1)
         for distance, turn in JUMPS:
-            trials = [_trial(recording, distance, turn, rng) for _ in range(TRIALS)]
+            trials = [_jumped(recording, distance, turn, rng) for _ in range(TRIALS)]
             ends = [trial.end for trial in trials]
             rows.append(
                 {
@@ -74,7 +80,8 @@ def results() -> list[Row]:
     return rows
 
 
-def _drives() -> dict[str, Scene]:
+def drives() -> dict[str, Scene]:
+    """Return the drives by name."""
     return {
         'building': scene_of('building', None, 1.0, ideal=False),
         'hall': drawn('hall', 1, SPEED),
@@ -82,19 +89,23 @@ def _drives() -> dict[str, Scene]:
     }
 
 
-def _trial(recording: Recording, distance: float, turn: float, rng: np.random.Generator) -> Trial:
+def _jumped(recording: Recording, distance: float, turn: float, rng: np.random.Generator) -> Trial:
     begin, end = recording.odometry_stamp_ns[[0, -1]]
     jump_ns = int(begin + rng.uniform(EARLIEST, LATEST) * (end - begin))
     direction = rng.uniform(-np.pi, np.pi)
     jump = np.array(
         [distance * np.cos(direction), distance * np.sin(direction), rng.uniform(-turn, turn)]
     )
-    jumped = with_jump(recording, jump_ns, jump)
-    log = simulated_drive(jumped)
+    return trial(recording, with_jump(recording, jump_ns, jump), jump_ns)
+
+
+def trial(recording: Recording, wrong: Recording, begin_ns: int) -> Trial:
+    """Map a drive whose odometry is wrong from an instant on [ns]; judge it by the truth."""
+    log = simulated_drive(wrong)
     found = estimates(Mapper(MapConfig()), clouds_of(log, CONFIG), log)
     stamps_ns = np.array([each.stamp_ns for each in found])
     off = errors(true_poses(recording, stamps_ns), [each.pose for each in found])
-    return judged(off, np.array([bool(each.lost) for each in found]), stamps_ns, jump_ns)
+    return judged(off, np.array([bool(each.lost) for each in found]), stamps_ns, begin_ns)
 
 
 def with_jump(recording: Recording, jump_ns: int, jump: Array) -> Recording:
@@ -118,12 +129,17 @@ def with_jump(recording: Recording, jump_ns: int, jump: Array) -> Recording:
 
 
 def judged(
-    off: Array, lost: NDArray[np.bool_], stamps_ns: NDArray[np.int64], jump_ns: int
+    off: Array, lost: NDArray[np.bool_], stamps_ns: NDArray[np.int64], begin_ns: int
 ) -> Trial:
     """Judge clouds (n,) by how far they are off [m] and whether the mapper said lost."""
-    wrong = off > RIGHT
+    wrong, after = off > RIGHT, stamps_ns > begin_ns
     end = 'lost' if lost[-1] else 'wrong' if wrong[-1] else 'right'
-    bad = np.flatnonzero((wrong | lost) & (stamps_ns > jump_ns))
-    seconds = (stamps_ns[bad[-1]] - jump_ns) / NS_PER_S if len(bad) else 0.0
-    unnoticed = int(np.count_nonzero(wrong & ~lost & (stamps_ns > jump_ns)))
-    return Trial(end, float(seconds) if end == 'right' else float('nan'), unnoticed)
+    bad = np.flatnonzero((wrong | lost) & after)
+    seconds = (stamps_ns[bad[-1]] - begin_ns) / NS_PER_S if len(bad) else 0.0
+    return Trial(
+        end,
+        float(seconds) if end == 'right' else float('nan'),
+        int(np.count_nonzero(lost & after)),
+        int(np.count_nonzero(wrong & ~lost & after)),
+        float(off[~lost & after].max(initial=0.0)),
+    )
