@@ -6,23 +6,6 @@ map to go on from (keyframes.npz), and the poses of the sensor as lines of time,
 quaternion (trajectory.txt).
 """
 
-from collections.abc import Sequence
-import sys
+from nodlidar_common.command_line import command
 
-from nodlidar_common.command_line import run
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Map a bag; return the exit status."""
-
-    def work() -> None:
-        # Imported here, so that `run` reports a missing package in one line.
-        from nodlidar_mapper.command import map_drive
-
-        map_drive(argv, __doc__)
-
-    return run('map_bag', work)
-
-
-if __name__ == '__main__':
-    sys.exit(main())
+main = command('map_bag', 'nodlidar_mapper.command:map_drive', __doc__)
