@@ -29,7 +29,8 @@ NO_MAP = 'no map yet'
 # has this weight in their average.
 UNUSUAL, NEWEST = 1.0 / 3.0, 0.3
 SLIPPED = 0.5, 1.5  # shares of the motion that are tried then
-STRAIGHTENED = 4  # times that a cloud is straightened by the slip that it showed before
+STRAIGHTENED = 4  # times that a cloud is straightened by the slip that it showed before, at most
+STRAIGHTER = 0.95  # of the cost is left, or it is not done again
 # Clouds that slips have bent lie on the map in part, where the robot is not. A match is not
 # believed if the share that lies on it is less than this of the usual one.
 LEAST_OF_USUAL = 0.6
@@ -293,9 +294,13 @@ class Mapper:
             config=self._config,
             slips=True,
         )
-        yield matched(seen, start=start), seen
-        found = matched(seen, start=start, slip_time=self._track.interval)
+        before = matched(seen, start=start)
+        yield before, seen
+        found, cost = matched(seen, start=start, slip_time=self._track.interval), before.cost
         for _ in range(STRAIGHTENED):
+            if found.cost > STRAIGHTER * cost:
+                return
+            cost = found.cost
             seen = self._seen(cloud, self._track.slip_to(found.pose @ inverse(cloud.mount)))
             found = matched(seen, start=found.pose)
             yield found, seen
