@@ -132,11 +132,25 @@ def test_deskewed_points_lose_the_learned_errors_of_odometry():
 
 @pytest.mark.parametrize('share', [0.0, 0.5, 1.0])
 def test_what_was_learned_is_forgotten_by_a_share(learned, share):
+    """A match that shows nothing, where the robot stands."""
     unknown = np.linalg.inv(OdometryErrors(SLIP).covariance)
     pull = np.linalg.solve(learned.covariance, learned.estimate)
     known = np.linalg.inv(learned.covariance) - unknown
-    learned.forget(share)
+    nothing = np.zeros((6, 6))
+    learned.add(np.eye(4), np.zeros(6), nothing, VAGUE, VAGUE, prior_weight=1.0 - share)
     information = (1.0 - share) * known + unknown
     np.testing.assert_allclose(learned.covariance, np.linalg.inv(information), rtol=1e-6)
     expected = np.linalg.solve(information, (1.0 - share) * pull)
     np.testing.assert_allclose(learned.estimate, expected, atol=1e-9)
+
+
+def test_who_forgets_all_learns_as_from_the_beginning(learned):
+    """The match is the same; the expectations, and so the changes from them, are not."""
+    true, counted = motions(0.5, 0.1)
+    fresh = OdometryErrors(SLIP)
+    for errors in (fresh, learned):
+        change = change_between(errors.corrected(counted), true)
+        drawn = np.linalg.solve(CERTAIN + np.linalg.inv(VAGUE), CERTAIN @ change)
+        errors.add(counted, drawn, CERTAIN, VAGUE, VAGUE, prior_weight=0.0)
+    np.testing.assert_allclose(learned.covariance, fresh.covariance)
+    np.testing.assert_allclose(learned.estimate, fresh.estimate, atol=2e-4)

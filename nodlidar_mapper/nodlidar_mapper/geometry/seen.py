@@ -44,12 +44,16 @@ class Seen:
         return Seen(moved(pose, self.points), moved(pose, self.origins), self.age)
 
     def shares(self, seconds: float) -> Array:
-        """Return which share of an even slip in the last seconds each point has seen, (n,)."""
-        age = np.zeros(len(self.points)) if self.age is None else self.age
-        return np.asarray(np.clip(1.0 - age / seconds, 0.0, 1.0))
+        """Return the share (n,) of an even slip in the last seconds that was before each point.
 
-    def slipped(self, pose: Array, slip: Array, seconds: float) -> Seen:
-        """Return the points in the parent frame, after an even slip that bent the cloud.
+        It is 1 for a slip that took no time.
+        """
+        if self.age is None or not seconds:
+            return np.ones(len(self.points))
+        return np.asarray(np.clip(1.0 - self.age / seconds, 0.0, 1.0))
+
+    def slipped(self, pose: Array, slip: Array, shares: Array) -> Seen:
+        """Return the points in the parent frame, after a slip that bent the cloud.
 
         Parameters
         ----------
@@ -57,10 +61,10 @@ class Seen:
             Of the cloud's frame, as if there were no slip.
         slip
             What changes that pose, shape (6,), see `corrected`.
-        seconds
-            From the begin of the slip to the instant of the cloud [s].
+        shares
+            Of the slip, before each point, shape (n,).
         """
-        changes = self.shares(seconds)[:, None] * slip
+        changes = shares[:, None] * slip
         points, origins = (
             shifted(each @ pose[:3, :3].T, changes) + pose[:3, 3]
             for each in (self.points, self.origins)

@@ -158,10 +158,10 @@ def match(
     nothing, fit = Match.none(start, len(seen.points)), None
     if not len(surface.points):
         return nothing
-    shares = seen.shares(slip_time) if slip_time else np.ones(len(seen.points))
+    shares = seen.shares(slip_time)
     for _ in range(ITERATIONS):
         change = change_between(guess, pose)
-        here = seen.slipped(guess, change, slip_time) if slip_time else seen.moved(pose)
+        here = seen.slipped(guess, change, shares) if slip_time else seen.moved(pose)
         distance, nearest = surface.tree.query(here.points, distance_upper_bound=reach)
         near = np.isfinite(distance)
         normals = surface.normals.take(nearest, axis=0, mode='clip')

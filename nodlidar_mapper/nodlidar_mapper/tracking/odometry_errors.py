@@ -57,15 +57,14 @@ class OdometryErrors:
         effect[:2, 1:] = np.outer([-y, x], effect[5, 1:] / 2.0)
         return effect
 
-    def forget(self, share: float) -> None:
-        """Forget a share of what was learned: wheels that slip count otherwise than before."""
-        self._information, self._pull = (
-            (1.0 - share) * each for each in (self._information, self._pull)
-        )
-        self._estimate()
-
     def add(
-        self, counted: Array, change: Array, information: Array, before: Array, expected: Array
+        self,
+        counted: Array,
+        change: Array,
+        information: Array,
+        before: Array,
+        expected: Array,
+        prior_weight: float = 1.0,
     ) -> None:
         """Learn from a motion, in the frame of the robot before.
 
@@ -79,8 +78,10 @@ class OdometryErrors:
             Of the match, without odometry, shape (6, 6).
         before, expected
             Covariances of the pose before the motion, and of the expected one, shape (6, 6).
+        prior_weight
+            Share that is kept of what was learned before: wheels that slip count otherwise.
         """
-        memory = np.exp(-float(np.linalg.norm(counted[:3, 3])) / MEMORY)
+        memory = prior_weight * np.exp(-float(np.linalg.norm(counted[:3, 3])) / MEMORY)
         effect = self.effect(counted)
         known = inverted(before + MATCH_ERROR**2 * np.eye(6))
         # The match without the expectation, which draws the pose towards itself.
@@ -89,9 +90,6 @@ class OdometryErrors:
         weight = effect.T @ known @ solved(known + information, shown)
         self._information = memory * self._information + weight[:, :4]
         self._pull = memory * self._pull + weight[:, :4] @ self.estimate + weight[:, 4]
-        self._estimate()
-
-    def _estimate(self) -> None:
         self.covariance = inverted(self._information + self._unknown)
         self.estimate = self.covariance @ self._pull
 

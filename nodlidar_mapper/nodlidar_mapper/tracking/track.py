@@ -157,7 +157,6 @@ class Track:
             error that stays.
         """
         self._slipped = max(self._slipped, 1.0 - prior_weight)
-        self._odometry_errors.forget(1.0 - prior_weight)
         surprise = (1.0 / prior_weight - 1.0) * self.covariance
         self._known, self.covariance = self._known + surprise, self.covariance + surprise
         if self.pose is not None and not self.jump:
@@ -168,6 +167,7 @@ class Track:
                 turned.T @ information @ turned,
                 turned.T @ self._known @ turned,
                 turned.T @ self.covariance @ turned,
+                prior_weight,
             )
         self.covariance = inverted(inverted(self.covariance) + information)
 
