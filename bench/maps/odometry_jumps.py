@@ -90,13 +90,18 @@ def drives() -> dict[str, Scene]:
 
 
 def _jumped(recording: Recording, distance: float, turn: float, rng: np.random.Generator) -> Trial:
-    begin, end = recording.odometry_stamp_ns[[0, -1]]
-    jump_ns = int(begin + rng.uniform(EARLIEST, LATEST) * (end - begin))
+    jump_ns = instant(recording, rng)
     direction = rng.uniform(-np.pi, np.pi)
     jump = np.array(
         [distance * np.cos(direction), distance * np.sin(direction), rng.uniform(-turn, turn)]
     )
     return trial(recording, with_jump(recording, jump_ns, jump), jump_ns)
+
+
+def instant(recording: Recording, rng: np.random.Generator) -> int:
+    """Return a random instant of a drive [ns], after its begin and well before its end."""
+    begin, end = recording.odometry_stamp_ns[[0, -1]]
+    return int(begin + rng.uniform(EARLIEST, LATEST) * (end - begin))
 
 
 def trial(recording: Recording, wrong: Recording, begin_ns: int) -> Trial:

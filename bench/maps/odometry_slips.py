@@ -12,7 +12,7 @@ from nodlidar_sim.world.planar import compose, relative
 import numpy as np
 
 from bench.maps.drives import recorded
-from bench.maps.odometry_jumps import drives, EARLIEST, LATEST, Trial, trial
+from bench.maps.odometry_jumps import drives, instant, Trial, trial
 from bench.shared.report import Row
 
 TITLE = 'Odometry that counts ways and turns wrong for 10 s: where the robot is taken to be'
@@ -27,11 +27,10 @@ def results() -> list[Row]:
     rows: list[Row] = []
     for name, scene in drives().items():
         recording = recorded(scene, sum(leg.duration for leg in scene.base_legs), seed=1)
-        first, last = recording.odometry_stamp_ns[[0, -1]]
         for times in TIMES:
             trials: list[Trial] = []
             for _ in range(TRIALS):
-                begin_ns = int(first + rng.uniform(EARLIEST, LATEST) * (last - first))
+                begin_ns = instant(recording, rng)
                 wrong = counted(recording, begin_ns, SECONDS, times)
                 trials.append(trial(recording, wrong, begin_ns))
             ends = [each.end for each in trials]
