@@ -21,9 +21,9 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'assemble_bag = nodlidar_assembler.assemble_bag:main',
+            'assemble_bag = nodlidar_assembler.commands.entry_points:assemble_bag',
             'assembler = nodlidar_assembler.ros.node:main',
-            'calibrate = nodlidar_assembler.calibrate:main',
+            'calibrate = nodlidar_assembler.commands.entry_points:calibrate',
         ]
     },
 )

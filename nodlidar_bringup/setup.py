@@ -30,8 +30,8 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'doctor = nodlidar_bringup.doctor:main',
-            'install_udev_rules = nodlidar_bringup.install_udev_rules:main',
+            'doctor = nodlidar_bringup.commands.entry_points:doctor',
+            'install_udev_rules = nodlidar_bringup.commands.entry_points:install_udev_rules',
         ]
     },
 )

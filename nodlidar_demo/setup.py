@@ -20,8 +20,8 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'demo = nodlidar_demo.demo:main',
-            'demo_mapping = nodlidar_demo.demo_mapping:main',
+            'demo = nodlidar_demo.commands.entry_points:demo',
+            'demo_mapping = nodlidar_demo.commands.entry_points:demo_mapping',
         ]
     },
 )

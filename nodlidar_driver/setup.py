@@ -23,7 +23,7 @@ setup(
         'console_scripts': [
             'driver = nodlidar_driver.ros.scip_node:main',
             'ldrobot = nodlidar_driver.ros.ldrobot_node:main',
-            'probe = nodlidar_driver.probe:main',
+            'probe = nodlidar_driver.commands.entry_points:probe',
         ]
     },
 )

@@ -21,7 +21,7 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'map_bag = nodlidar_mapper.map_bag:main',
+            'map_bag = nodlidar_mapper.commands.entry_points:map_bag',
             'mapper = nodlidar_mapper.ros.node:main',
         ]
     },

@@ -18,5 +18,7 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Scan pattern and coverage of a nodding lidar, and the choice of its nod.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['plan_scan = nodlidar_planner.plan_scan.command:main']},
+    entry_points={
+        'console_scripts': ['plan_scan = nodlidar_planner.commands.entry_points:plan_scan']
+    },
 )

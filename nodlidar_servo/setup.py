@@ -22,7 +22,7 @@ setup(
     entry_points={
         'console_scripts': [
             'servo = nodlidar_servo.ros.node:main',
-            'setup = nodlidar_servo.setup.command:main',
+            'setup = nodlidar_servo.commands.entry_points:setup',
             'joint_trajectory = nodlidar_servo.ros.trajectory_node:main',
         ]
     },

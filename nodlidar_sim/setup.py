@@ -20,5 +20,5 @@ setup(
     maintainer_email='nodlidar@example.com',
     description='Simulates a nodding lidar, down to the bytes of its two devices.',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['emulate = nodlidar_sim.emulate:main']},
+    entry_points={'console_scripts': ['emulate = nodlidar_sim.commands.entry_points:emulate']},
 )

@@ -21,7 +21,7 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'view_bag = nodlidar_viewer.view_bag:main',
+            'view_bag = nodlidar_viewer.commands.entry_points:view_bag',
             'viewer = nodlidar_viewer.ros.main:main',
         ]
     },

@@ -39,8 +39,8 @@ TITLE = (
 )
 MEASURED = """
 import sys
-from nodlidar_assembler.assemble_bag import main
-assert main(sys.argv[1:]) == 0
+from nodlidar_assembler.commands.entry_points import assemble_bag
+assert assemble_bag(sys.argv[1:]) == 0
 [peak] = [line for line in open('/proc/self/status') if line.startswith('VmHWM')]
 print(peak.split()[1])
 """

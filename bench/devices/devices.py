@@ -17,8 +17,8 @@ from nodlidar_common.parameter_file import file_values
 from nodlidar_demo.delivery import read_delivery
 from nodlidar_demo.evaluation import near_beams, points_of_log, surface_rms
 from nodlidar_demo.ros.demonstration import MIXED_PIXEL_ANGLE, record
+from nodlidar_sim.devices.make_devices import LIDARS, SERVOS
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
-from nodlidar_sim.emulate import LIDARS, SERVOS
 from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.world import World

@@ -16,8 +16,8 @@ from nodlidar_assembler.calibration.calibrate import (
     NAMES,
     OPTIONAL,
 )
-from nodlidar_assembler.calibration.command import ROWS
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig
+from nodlidar_assembler.commands.calibrate import ROWS
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.pose import Pose
 from nodlidar_demo.evaluation import simulated_log

@@ -22,9 +22,9 @@ import math
 
 from nodlidar_assembler.calibration.beam_model import ends_of, MeasuredBeams, Values
 from nodlidar_assembler.calibration.calibrate import calibrate, coarse_delay
-from nodlidar_assembler.calibration.command import ROWS
 from nodlidar_assembler.calibration.plane_search import patches
 from nodlidar_assembler.calibration.plane_system import BEFORE
+from nodlidar_assembler.commands.calibrate import ROWS
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree

@@ -6,8 +6,8 @@ from pathlib import Path
 import resource
 
 from bags import recording, write_bag
-from nodlidar_assembler.assemble_bag import main
-from nodlidar_assembler.bags.command import absolute, configuration
+from nodlidar_assembler.bags.bag_options import absolute, configuration
+from nodlidar_assembler.commands.entry_points import assemble_bag
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.errors import ParameterError
@@ -31,7 +31,7 @@ def rows(output):
 
 
 def run(*arguments):
-    return main([str(argument) for argument in arguments])
+    return assemble_bag([str(argument) for argument in arguments])
 
 
 def test_a_bag_becomes_a_file_and_a_table(bag, tmp_path, capsys):

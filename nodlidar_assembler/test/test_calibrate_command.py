@@ -3,8 +3,8 @@
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.calibrate import main
 from nodlidar_assembler.calibration.recorded import parameters, start_values
+from nodlidar_assembler.commands.entry_points import calibrate
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import Nod
 from nodlidar_common.parameter_file import file_values
@@ -29,7 +29,7 @@ def test_a_bag_gives_a_file_and_a_table(option, row, tmp_path, monkeypatch, caps
     seen = simulate(load_scene('room', ideal=True), NOD, 2.5, start_ns=10**18)
     write_bag(replace(seen, joint_stamp_ns=seen.joint_stamp_ns + 8_000_000), tmp_path / 'bag')
     monkeypatch.chdir(tmp_path)
-    assert main(['bag', '--output', 'found here.yaml', *option]) == 0
+    assert calibrate(['bag', '--output', 'found here.yaml', *option]) == 0
     values = file_values(['found here.yaml'], 'assembler', AssemblerConfig)
     head = (tmp_path / 'found here.yaml').read_text().splitlines()[2]
     assert head.startswith('# Not determined')
@@ -48,25 +48,25 @@ def test_a_bag_gives_a_file_and_a_table(option, row, tmp_path, monkeypatch, caps
 def test_a_robot_that_moves_is_named(tmp_path, capsys):
     scene = load_scene('room', ideal=True).with_velocity((0.1, 0.0))
     write_bag(simulate(scene, NOD, 1.0, start_ns=10**18), tmp_path / 'bag')
-    assert main([str(tmp_path / 'bag'), '--output', str(tmp_path / 'found.yaml')]) == 1
+    assert calibrate([str(tmp_path / 'bag'), '--output', str(tmp_path / 'found.yaml')]) == 1
     assert 'the robot moves in this recording, by 0.1' in capsys.readouterr().err
 
 
 def test_a_result_that_cannot_be_written_is_refused_before_the_work(tmp_path, capsys):
     """The bag does not exist either, which would be named if it was read first."""
-    assert main(['nowhere', '--output', str(tmp_path / 'new' / 'found.yaml')]) == 1
+    assert calibrate(['nowhere', '--output', str(tmp_path / 'new' / 'found.yaml')]) == 1
     assert f"No such file or directory: '{tmp_path}/new/found.yaml'" in capsys.readouterr().err
 
 
 def test_what_is_missing_is_named(capsys):
-    assert main(['nowhere']) == 1
+    assert calibrate(['nowhere']) == 1
     assert "there is no 'nowhere'" in capsys.readouterr().err
 
 
 def test_a_topic_that_a_bag_lacks_is_named_with_those_that_it_has(tmp_path, capsys):
     seen = simulate(load_scene('room', ideal=True), NOD, 0.5, start_ns=10**18)
     write_bag(seen, tmp_path / 'bag')
-    assert main([str(tmp_path / 'bag'), '--scan', 'front']) == 1
+    assert calibrate([str(tmp_path / 'bag'), '--scan', 'front']) == 1
     assert 'has no topic /front; it has /joint_states' in capsys.readouterr().err
 
 
@@ -88,5 +88,5 @@ def test_values_and_parameters_are_the_same(way):
 
 
 def test_degrees_are_refused(capsys):
-    assert main(['live', '--mount-rpy', '0', '30', '0']) == 2
+    assert calibrate(['live', '--mount-rpy', '0', '30', '0']) == 2
     assert '--mount-rpy: angles are in radians' in capsys.readouterr().err

@@ -11,8 +11,8 @@ from geometry_msgs.msg import TransformStamped
 from log_messages import state_message
 from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.calibration.beam_model import CalibrationError
-from nodlidar_assembler.calibration.command import calibrate_and_report
 from nodlidar_assembler.calibration.recorded import log_of_bag, require_standing
+from nodlidar_assembler.commands.calibrate import main
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.ros import live_log
 from nodlidar_common.nod import Nod
@@ -132,7 +132,7 @@ def test_without_an_assembler_defaults_are_taken_and_said(node, monkeypatch, cap
 
 
 @pytest.mark.parametrize('params', [False, True])
-def test_what_the_scene_leaves_open_stays_as_the_node_has_it(tmp_path, params):
+def test_what_the_scene_leaves_open_stays_as_the_node_has_it(tmp_path, monkeypatch, params):
     """The y of the lidar shows in no scene; a parameter file overrides that of the node."""
     write_bag(
         simulate(load_scene('room', ideal=True), NOD, 2.5, start_ns=10**18), tmp_path / 'bag'
@@ -147,7 +147,8 @@ def test_what_the_scene_leaves_open_stays_as_the_node_has_it(tmp_path, params):
 
     found = tmp_path / 'found.yaml'
     options = ['--params', str(file)] if params else []
-    calibrate_and_report(['live', '--output', str(found), *options], None, record)
+    monkeypatch.setattr(live_log, 'record', record)
+    main(['live', '--output', str(found), *options])
     y = file_values([found], 'assembler', AssemblerConfig)['laser_xyz'][1]
     assert y == (0.03 if params else 0.02)
 
@@ -158,8 +159,9 @@ def test_a_robot_that_moves_is_named(tmp_path, monkeypatch):
         monkeypatch.setattr(live_log, 'time', clock)
         log, _ = live_log.record(AssemblerConfig(), 'scan', 'joint_states', 60.0)
     options = ['live', '--output', str(tmp_path / 'found.yaml')]
+    monkeypatch.setattr(live_log, 'record', lambda *_: (log, AssemblerConfig()))
     with pytest.raises(CalibrationError, match=r'the robot moves in this recording, by .* 0 rad'):
-        calibrate_and_report(options, None, lambda *_: (log, AssemblerConfig()))
+        main(options)
 
 
 def test_a_robot_that_stands_is_taken(monkeypatch):

@@ -6,9 +6,9 @@ import shutil
 from bags import entries_of, recording, write_messages
 from hypothesis import given, HealthCheck, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.assemble_bag import main
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.commands.entry_points import assemble_bag
 from nodlidar_sim.bag import TOPICS
 import pytest
 from rosbags.rosbag2 import StoragePlugin
@@ -79,7 +79,7 @@ def test_metadata_with_a_wrong_value_does_not_keep_the_messages_back(
     count, notes = read(bag)
     assert count == len(entries)
     assert len(notes) == 1
-    assert main([str(bag), str(tmp_path / 'out.ply')]) == 0
+    assert assemble_bag([str(bag), str(tmp_path / 'out.ply')]) == 0
     assert capsys.readouterr().err == ''
 
 
@@ -88,7 +88,7 @@ def test_a_bag_of_one_message_is_shown_without_a_division(entries, tmp_path, cap
     scan = next(entry for entry in entries if entry[1] == '/scan')
     joint = next(entry for entry in entries if entry[1] == '/joint_states')
     bag = write_messages(tmp_path / 'bag', [(scan[0], *joint[1:]), scan])
-    assert main([str(bag), str(tmp_path / 'out.ply')]) == 1
+    assert assemble_bag([str(bag), str(tmp_path / 'out.ply')]) == 1
     assert 'no cloud from 1 scans' in capsys.readouterr().err
 
 

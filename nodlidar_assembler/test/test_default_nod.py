@@ -1,10 +1,10 @@
 """The default nod is the one that plan_scan chooses, and that the servo can follow."""
 
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_planner.commands.plan_scan import find
 from nodlidar_planner.pattern.servo import MAX_ACCELERATION, MAX_SPEED, shortest_by_mean_speed
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.options import parse, Request
-from nodlidar_planner.plan_scan.planning import find
 import pytest
 
 

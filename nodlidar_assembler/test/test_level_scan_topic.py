@@ -4,10 +4,10 @@ from dataclasses import replace
 
 from bags import entries_of, NOD, recording, write_bag
 from node_bench import bench
-from nodlidar_assembler.assemble_bag import main
 from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
+from nodlidar_assembler.commands.entry_points import assemble_bag
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import STORE
 from nodlidar_common.pose import Pose
@@ -41,7 +41,7 @@ def written(simulated, folder, mode, tilt=(0.0, 0.0)):
     output, params = folder / 'out.mcap', folder / 'params.yaml'
     params.write_text(f'/**: {{ros__parameters: {{mount_tilt: {list(tilt)}}}}}')
     options = ['--level-scan', mode, '--params', str(params)]
-    assert main([str(folder / 'bag'), str(output), *options]) == 0
+    assert assemble_bag([str(folder / 'bag'), str(output), *options]) == 0
     found = {'/level_scan': [], '/tf_static': [], '/points': []}
     with AnyReader([output]) as reader:
         for kind, _, raw in reader.messages():

@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 from bags import entries_of, recording, write_bag
-from nodlidar_assembler.assemble_bag import main
+from nodlidar_assembler.commands.entry_points import assemble_bag
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from plyfile import PlyData
@@ -82,7 +82,7 @@ def ros_1_bag(simulated, path):
 
 def points_of(bag, *options):
     output = bag.with_suffix('.ply')
-    assert main([str(bag), str(output), *map(str, options)]) == 0
+    assert assemble_bag([str(bag), str(output), *map(str, options)]) == 0
     return PlyData.read(output)['vertex'].data
 
 

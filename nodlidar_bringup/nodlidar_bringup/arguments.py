@@ -23,8 +23,8 @@ from nodlidar_mapper.output.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_sim.devices.make_devices import LIDARS, SERVOS
 from nodlidar_sim.devices.scip_models import SCIP_MODELS
-from nodlidar_sim.emulate import LIDARS, SERVOS
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_viewer.config import ViewerConfig
 import xacro

@@ -7,7 +7,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TransformStamped
-from nodlidar_bringup.doctor import main
+from nodlidar_bringup.commands.entry_points import doctor
 from nodlidar_common.ros.executor import Executor
 from nodlidar_msgs.msg import NodCommand
 import pytest
@@ -77,7 +77,7 @@ def faulty_system():
 
 
 def test_each_fault_is_named(faulty_system, capsys):
-    assert main(['--json', '--seconds', '1', '--servo-port', '/dev/ttyUSB77']) == 1
+    assert doctor(['--json', '--seconds', '1', '--servo-port', '/dev/ttyUSB77']) == 1
     report = json.loads(capsys.readouterr().out)
     findings = [finding for each in report['subjects'].values() for finding in each]
     found = {each['check']: each for each in findings if each['level'] in ('warning', 'fault')}
@@ -117,7 +117,7 @@ def spinning_node(name, namespace, **parameters):
 
 
 def subjects(capsys, *options):
-    main(['--json', '--seconds', '1', '--no-ask', *options])
+    doctor(['--json', '--seconds', '1', '--no-ask', *options])
     return json.loads(capsys.readouterr().out)['subjects']
 
 

@@ -16,6 +16,7 @@ import pytest
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs_py import point_cloud2
 
+RUN = 'import sys; from nodlidar_sim.commands.entry_points import emulate; sys.exit(emulate())'
 SCAN_NS = 66_600_000  # from the first beam to the last
 # Odometry comes from a process of the test.
 OTHER_ODOMETRY = 'base:=route', 'ego_motion:=beam'
@@ -85,9 +86,7 @@ def test_clouds_of_a_robot_that_drives_lie_on_the_room(tmp_path):
 def odometry_process(tmp_path):
     """Run odometry of a robot that stands, in a process of its own."""
     link = ['--servo-link', str(tmp_path / 'no_servo'), '--scene', 'wall', '--base', 'odometry']
-    process = subprocess.Popen(
-        [sys.executable, '-m', 'nodlidar_sim.emulate', *link], stdout=subprocess.DEVNULL
-    )
+    process = subprocess.Popen([sys.executable, '-c', RUN, *link], stdout=subprocess.DEVNULL)
     try:
         yield process
     finally:

@@ -7,8 +7,8 @@ import sys
 import time
 
 from nodlidar_bringup.ros.launched import launched_sensor
+from nodlidar_sim.devices.make_devices import make_devices
 from nodlidar_sim.devices.rx_table import TORQUE_ENABLE
-from nodlidar_sim.emulate import make_devices
 from nodlidar_sim.ports.pseudo_terminals import PseudoTerminals
 from nodlidar_sim.world.scene import load_scene
 import psutil

@@ -6,7 +6,8 @@ import shutil
 import subprocess
 
 from nodlidar_bringup.checks.ports import LIDAR_IDS, SERVO_IDS
-from nodlidar_bringup.install_udev_rules import commands, install, main, TARGET
+from nodlidar_bringup.commands.entry_points import install_udev_rules
+from nodlidar_bringup.commands.install_udev_rules import commands, install, TARGET
 from nodlidar_common.errors import NodlidarError
 import pytest
 
@@ -56,7 +57,7 @@ def test_the_latency_timer_of_every_ftdi_adapter_is_set():
 
 
 def test_the_installed_package_has_the_rules(capsys):
-    assert main(['--print']) == 0
+    assert install_udev_rules(['--print']) == 0
     assert capsys.readouterr().out == RULES.read_text()
 
 

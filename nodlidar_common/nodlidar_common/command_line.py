@@ -6,12 +6,12 @@ route file; 130 interrupted by Ctrl-C. Errors go to stderr.
 
 import argparse
 from collections.abc import Callable, Sequence
+from importlib import import_module
 import io
 import os
-import pkgutil
 import sys
 import traceback
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from nodlidar_common.errors import NodlidarError, ParameterError
 
@@ -94,24 +94,20 @@ def run(prog: str, work: Callable[[], int | None]) -> int:
     return status
 
 
-def command(prog: str, work: str, *arguments: Any) -> Callable[..., int]:
-    """Return the `main` of a command, which takes its options and returns its exit status.
+def command(module: str) -> Callable[..., int]:
+    """Return the entry point of a command, which takes its options and returns its exit status.
 
     Parameters
     ----------
-    prog
-        The command's name.
-    work
-        What does it, as in an entry point, 'package.module:function'. It is imported by `main`, so
-        that a missing package is an error of one line.
-    arguments
-        Of the function, after the options.
+    module
+        The module with the command's name, whose `main` takes the options. It is imported by the
+        entry point, so that a missing package is an error of one line.
     """
 
-    def main(argv: Sequence[str] | None = None) -> int:
-        return run(prog, lambda: pkgutil.resolve_name(work)(argv, *arguments))
+    def entry_point(argv: Sequence[str] | None = None) -> int:
+        return run(module.rpartition('.')[2], lambda: import_module(module).main(argv))
 
-    return main
+    return entry_point
 
 
 def in_words(error: Exception) -> str:

@@ -4,8 +4,8 @@ from collections import Counter
 import errno
 import io
 
+from nodlidar_demo.commands.entry_points import demo
 from nodlidar_demo.delivery import Delivery
-from nodlidar_demo.demo import main
 from nodlidar_demo.report import Distances, nod_rows, rms_table
 from nodlidar_demo.ros import demonstration
 from nodlidar_demo.ros.demonstration import launch_arguments
@@ -71,7 +71,7 @@ def rows(table):
     ],
 )
 def test_what_cannot_be_is_a_line_before_anything_is_started(capsys, arguments, status, said):
-    assert main(arguments) == status
+    assert demo(arguments) == status
     error = capsys.readouterr().err
     assert error.startswith('demo: error: ')
     assert said in error

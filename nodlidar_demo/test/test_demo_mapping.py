@@ -5,8 +5,8 @@ import os
 
 from matplotlib.image import imread
 from nodlidar_common.errors import ParameterError
-from nodlidar_demo import mapped_drive
-from nodlidar_demo.demo_mapping import main
+from nodlidar_demo.commands import demo_mapping as module
+from nodlidar_demo.commands.entry_points import demo_mapping
 from nodlidar_demo.options import bag_folder
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ import pytest
 
 def test_a_drive_leaves_a_map_beside_the_true_floor_plan(tmp_path):
     output = tmp_path / 'out'
-    assert main(['--scene', 'corridor', '--duration', '8', '--output', str(output)]) == 0
+    assert demo_mapping(['--scene', 'corridor', '--duration', '8', '--output', str(output)]) == 0
     names = {path.name for path in output.iterdir()}
     assert names >= {'bag', 'map.ply', 'map.pgm', 'map.yaml', 'trajectory.txt', 'floor_plan.png'}
     picture = imread(output / 'floor_plan.png')[:, :, :3]
@@ -26,7 +26,7 @@ def test_a_drive_leaves_a_map_beside_the_true_floor_plan(tmp_path):
 
 
 def test_a_missing_scene_is_named(tmp_path, capsys):
-    assert main(['--scene', 'moon', '--output', str(tmp_path)]) == 2
+    assert demo_mapping(['--scene', 'moon', '--output', str(tmp_path)]) == 2
     assert 'moon' in capsys.readouterr().err
 
 
@@ -35,7 +35,7 @@ def test_a_missing_scene_is_named(tmp_path, capsys):
     [('--duration', 'nan'), ('--duration', 'inf'), ('--duration', '0'), ('--seed', '-1')],
 )
 def test_an_option_without_sense_is_named_with_what_is_allowed(tmp_path, capsys, option, value):
-    assert main([option, value, '--output', str(tmp_path)]) == 2
+    assert demo_mapping([option, value, '--output', str(tmp_path)]) == 2
     assert f"'{option}' must be" in capsys.readouterr().err
 
 
@@ -45,7 +45,7 @@ def test_the_bag_of_an_earlier_demo_is_replaced_and_no_other(tmp_path, capsys):
     (bag / 'mine').touch()
     with pytest.raises(ParameterError, match='earlier demo'):
         bag_folder(tmp_path)
-    assert main(['--output', str(tmp_path)]) == 2
+    assert demo_mapping(['--output', str(tmp_path)]) == 2
     assert (bag / 'mine').exists()
     (bag / 'mine').unlink()
     bag.rmdir()
@@ -60,7 +60,7 @@ def test_a_full_disk_is_told_with_the_path(tmp_path, capsys, monkeypatch):
     def full(drive, path):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(mapped_drive, 'write_bag', full)
+    monkeypatch.setattr(module, 'write_bag', full)
     arguments = ['--scene', 'corridor', '--duration', '1', '--output', str(tmp_path)]
-    assert main(arguments) == 1
+    assert demo_mapping(arguments) == 1
     assert f"No space left on device: '{tmp_path / 'bag'}'" in capsys.readouterr().err

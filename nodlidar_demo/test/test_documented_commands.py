@@ -17,16 +17,14 @@ from unittest.mock import MagicMock
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext
-from nodlidar_assembler.assemble_bag import main as assemble_bag
-from nodlidar_assembler.calibrate import main as calibrate
-from nodlidar_bringup.doctor import main as doctor
-from nodlidar_bringup.install_udev_rules import main as install_udev_rules
+from nodlidar_assembler.commands.entry_points import assemble_bag, calibrate
+from nodlidar_bringup.commands.entry_points import doctor, install_udev_rules
 from nodlidar_common.nod import Nod
-from nodlidar_demo.ros.demonstration import parse
-from nodlidar_driver.probe import main as probe
-from nodlidar_mapper.map_bag import main as map_bag
-from nodlidar_planner.plan_scan.command import main as plan_scan
-from nodlidar_servo.setup.command import main as setup
+from nodlidar_demo.commands.demo import parse
+from nodlidar_driver.commands.entry_points import probe
+from nodlidar_mapper.commands.entry_points import map_bag
+from nodlidar_planner.commands.entry_points import plan_scan
+from nodlidar_servo.commands.entry_points import setup
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
@@ -223,9 +221,10 @@ def test_probe(command, monkeypatch, capsys):
     device = emulator(lambda times_ns, azimuth: 3.5 + np.cos(azimuth), start_ns=clock())
     port = VirtualPort(device, clock, 1.0)
     monkeypatch.setattr(port, 'fileno', lambda: -1, raising=False)
-    monkeypatch.setattr('nodlidar_driver.probe_command._opened', lambda options: nullcontext(port))
-    monkeypatch.setattr('nodlidar_driver.probe_command.Guard', MagicMock())
-    monkeypatch.setattr('nodlidar_driver.probe_command.raw_ns', clock)
+    module = 'nodlidar_driver.commands.probe'
+    monkeypatch.setattr(f'{module}._opened', lambda options: nullcontext(port))
+    monkeypatch.setattr(f'{module}.Guard', MagicMock())
+    monkeypatch.setattr(f'{module}.raw_ns', clock)
     assert probe(options(command)) == 0
     assert ('LD19' if 'LD19' in command else 'URG-04LX-UG01') in capsys.readouterr().out
 
@@ -266,7 +265,7 @@ def test_make(command):
     for name, value in (variable.split('=', 1) for variable in variables):
         assert f'$({name})' in (WORKSPACE / 'Makefile').read_text()
         if name == 'DEMO_ARGS':
-            chosen = parse(shlex.split(value), None)
+            chosen = parse(shlex.split(value))
             load_scene(chosen.scene, chosen.route, ideal=True)
 
 

@@ -3,14 +3,13 @@
 import ast
 from graphlib import TopologicalSorter
 from pathlib import Path
-import re
 
 import pytest
 
 WORKSPACE = Path(__file__).parents[2]
 PACKAGES = sorted(path.parent.name for path in WORKSPACE.glob('nodlidar_*/setup.py'))
 
-# Folders besides ros/ that import modules of the folder above them.
+# Folders besides ros/ and commands/ that import modules of the folder above them.
 UPWARD = {
     'nodlidar_assembler.calibration',  # reads the parameters, config.py
     'nodlidar_assembler.bags',  # runs scan_assembler.py, which lies in the package's root
@@ -28,18 +27,9 @@ def imported(path):
     return names
 
 
-def commands(package):
-    """Return the modules in a package's root that are commands: a layer above its folders."""
-    modules = re.findall(r"= ([\w.]+):main'", (WORKSPACE / package / 'setup.py').read_text())
-    return {module for module in modules if module.count('.') == 1}
-
-
 def folder_of(name):
-    """Return the folder of a module, or of a name in it, with dots; a command is its own."""
+    """Return the folder of a module, or of a name in it, with dots."""
     package, *parts = name.split('.')
-    command = '.'.join([package, *parts[:1]])
-    if command in commands(package):
-        return command
     folder = package
     for part in parts:
         if not (WORKSPACE / package / f'{folder}.{part}'.replace('.', '/')).is_dir():
@@ -78,11 +68,11 @@ def test_folders_do_not_import_each_other_in_a_circle(package):
 
 
 @pytest.mark.parametrize('package', PACKAGES)
-def test_no_folder_but_ros_imports_one_above_it(package):
+def test_no_folder_but_ros_and_commands_imports_one_above_it(package):
     upward = {
         folder
         for folder, targets in folders(package).items()
         if any(folder.startswith(f'{target}.') for target in targets)
     }
-    upward -= {f'{package}.ros', *commands(package)}
+    upward -= {f'{package}.ros', f'{package}.commands'}
     assert upward == {folder for folder in UPWARD if folder.startswith(f'{package}.')}

@@ -7,29 +7,29 @@ import pytest
 
 WITHOUT = """
 import importlib, sys
-module, package = sys.argv[1:]
-sys.modules[package] = None
-sys.exit(importlib.import_module(module).main(['a.mcap', 'b.ply'] if 'bag' in module else []))
+package, command, missing = sys.argv[1:]
+sys.modules[missing] = None
+entry_points = importlib.import_module(package + '.commands.entry_points')
+sys.exit(getattr(entry_points, command)(['a.mcap', 'b.ply'] if 'bag' in command else []))
 """
 
 
 @pytest.mark.parametrize(
-    ('module', 'package'),
+    ('package', 'command', 'missing'),
     [
-        ('nodlidar_assembler.assemble_bag', 'rosbags'),
-        ('nodlidar_assembler.calibrate', 'numpy'),
-        ('nodlidar_assembler.calibrate', 'transforms3d'),
-        ('nodlidar_planner.plan_scan.command', 'rich'),
-        ('nodlidar_demo.demo', 'rosbags'),
-        ('nodlidar_driver.probe', 'numpy'),
-        ('nodlidar_servo.setup.command', 'numpy'),
+        ('nodlidar_assembler', 'assemble_bag', 'rosbags'),
+        ('nodlidar_assembler', 'calibrate', 'numpy'),
+        ('nodlidar_assembler', 'calibrate', 'transforms3d'),
+        ('nodlidar_planner', 'plan_scan', 'rich'),
+        ('nodlidar_demo', 'demo', 'rosbags'),
+        ('nodlidar_driver', 'probe', 'numpy'),
+        ('nodlidar_servo', 'setup', 'numpy'),
     ],
 )
-def test_the_package_is_named_with_the_way_to_get_it(module, package):
-    command = [sys.executable, '-c', WITHOUT, module, package]
-    process = subprocess.run(command, capture_output=True, text=True)
-    name = module.split('.')[1]
-    said = f'{name}: error: needs the Python package {package}: pip install {package}'
+def test_the_package_is_named_with_the_way_to_get_it(package, command, missing):
+    run = [sys.executable, '-c', WITHOUT, package, command, missing]
+    process = subprocess.run(run, capture_output=True, text=True)
+    said = f'{command}: error: needs the Python package {missing}: pip install {missing}'
     assert process.stderr.startswith(said)
     assert (process.returncode, process.stdout, process.stderr.count('\n')) == (1, '', 1)
 

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lidar_rig import Rig
 from nodlidar_driver.base.reader import Reader
+from nodlidar_driver.commands.entry_points import probe
+from nodlidar_driver.commands.probe import lines
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.ldrobot.lidar import LdrobotLidar
-from nodlidar_driver.probe import main
-from nodlidar_driver.probe_command import lines
 from nodlidar_driver.probing import probe_ldrobot, probe_scip, residual
 from nodlidar_driver.scan_picture import picture
 from nodlidar_driver.scip.lidar import Lidar
@@ -129,7 +129,7 @@ def test_a_picture_without_points_shows_the_lidar():
 
 def test_the_command_prints_numbers_and_leaves_the_laser_off(capsys):
     with lidar_at_a_port() as (emulator, port):
-        assert main(['--port', port, '--seconds', '0.2', '--json']) == 0
+        assert probe(['--port', port, '--seconds', '0.2', '--json']) == 0
         assert not emulator.sensor.laser
     numbers = json.loads(capsys.readouterr().out)
     assert numbers['identity']['capabilities']['steps_per_revolution'] == 1440
@@ -139,7 +139,7 @@ def test_the_command_prints_numbers_and_leaves_the_laser_off(capsys):
 def test_the_command_prints_what_an_ld19_sees(capsys):
     emulator = StreamingLidar(ahead, start_ns=time.time_ns())
     with PseudoTerminals({'lidar': emulator}) as ports:
-        assert main(['--lidar', 'LD19', '--port', ports['lidar'], '--seconds', '0.2']) == 0
+        assert probe(['--lidar', 'LD19', '--port', ports['lidar'], '--seconds', '0.2']) == 0
     shown = capsys.readouterr().out
     assert 'LD06 or LD19, LDROBOT' in shown
     assert 'uneven motor' in shown
@@ -149,13 +149,13 @@ def test_the_command_prints_what_an_ld19_sees(capsys):
 def test_an_ld19_that_is_taken_for_a_hokuyo_is_told_apart(capsys):
     emulator = StreamingLidar(ahead, start_ns=time.time_ns())
     with PseudoTerminals({'lidar': emulator}) as ports:
-        assert main(['--port', ports['lidar']]) == 1
+        assert probe(['--port', ports['lidar']]) == 1
     assert '--lidar LD19' in capsys.readouterr().err
 
 
 def test_a_hokuyo_that_is_taken_for_an_ld19_is_an_error(capsys):
     with lidar_at_a_port() as (_, port):
-        assert main(['--lidar', 'LD19', '--port', port]) == 1
+        assert probe(['--lidar', 'LD19', '--port', port]) == 1
     assert 'LD06 or LD19' in capsys.readouterr().err
 
 
@@ -163,9 +163,9 @@ def test_an_interrupt_leaves_the_laser_off(monkeypatch):
     def interrupt(lidar, account, seconds):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr('nodlidar_driver.probe_command.probe_scip', interrupt)
+    monkeypatch.setattr('nodlidar_driver.commands.probe.probe_scip', interrupt)
     with lidar_at_a_port() as (emulator, port):
-        assert main(['--port', port]) == 130
+        assert probe(['--port', port]) == 130
         assert not emulator.sensor.laser
 
 
@@ -178,13 +178,13 @@ def test_an_interrupt_leaves_the_laser_off(monkeypatch):
     ],
 )
 def test_errors_are_in_words(arguments, status, text, capsys):
-    assert main(arguments) == status
+    assert probe(arguments) == status
     assert text in capsys.readouterr().err
 
 
 def test_a_port_without_a_lidar_is_named(capsys):
     with PseudoTerminals({'lidar': SilentDevice()}) as ports:
-        assert main(['--port', ports['lidar']]) == 1
+        assert probe(['--port', ports['lidar']]) == 1
     error = capsys.readouterr().err
     assert 'no lidar of SCIP 2.0 answers' in error
     assert 'nodlidar_bringup doctor' in error

@@ -5,8 +5,8 @@ import re
 
 from matplotlib.image import imread
 from nodlidar_common.nod import Nod
+from nodlidar_mapper.commands.entry_points import map_bag
 from nodlidar_mapper.geometry.poses import inverse, planar
-from nodlidar_mapper.map_bag import main
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.route import Leg
@@ -29,7 +29,7 @@ def recording():
 def output(recording, tmp_path_factory):
     folder = tmp_path_factory.mktemp('mapped')
     write_bag(recording, folder / 'bag')
-    assert main([str(folder / 'bag'), str(folder / 'out')]) == 0
+    assert map_bag([str(folder / 'bag'), str(folder / 'out')]) == 0
     return folder / 'out'
 
 
@@ -83,7 +83,7 @@ def test_parameters_come_from_a_file(output, tmp_path):
     given = {'mapper': {'ros__parameters': {'resolution': 0.1, 'freedom': 'spatial'}}}
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
     bag = str(output.parent / 'bag')
-    assert main([bag, str(tmp_path / 'out'), '--params', str(tmp_path / 'map.yaml')]) == 0
+    assert map_bag([bag, str(tmp_path / 'out'), '--params', str(tmp_path / 'map.yaml')]) == 0
     assert yaml.safe_load((tmp_path / 'out' / 'map.yaml').read_text())['resolution'] == 0.1
 
 
@@ -92,7 +92,7 @@ def test_the_map_is_of_deskewed_sweeps_whatever_the_file_says(output, tmp_path, 
     given = {'assembler': {'ros__parameters': {'ego_motion': ego_motion, 'cloud_mode': 'scan'}}}
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
     bag = str(output.parent / 'bag')
-    assert main([bag, str(tmp_path / 'out'), '--params', str(tmp_path / 'map.yaml')]) == 0
+    assert map_bag([bag, str(tmp_path / 'out'), '--params', str(tmp_path / 'map.yaml')]) == 0
     found, expected = (np.loadtxt(each / 'trajectory.txt') for each in (tmp_path / 'out', output))
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
@@ -103,7 +103,7 @@ def test_the_file_says_how_the_joint_turns(output, recording, tmp_path):
     given = {'assembler': {'ros__parameters': {'joint_positive': 'down', 'joint_zero': 0.1}}}
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
     arguments = [str(tmp_path / name) for name in ('bag', 'out')]
-    assert main([*arguments, '--params', str(tmp_path / 'map.yaml')]) == 0
+    assert map_bag([*arguments, '--params', str(tmp_path / 'map.yaml')]) == 0
     found, expected = (np.loadtxt(each / 'trajectory.txt') for each in (tmp_path / 'out', output))
     np.testing.assert_allclose(found, expected, atol=1e-4)
 
@@ -114,7 +114,7 @@ def test_clouds_from_before_there_is_a_map_are_not_said_not_to_fit_it(tmp_path, 
     nod = replace(NOD, reference_time_ns=first_ns)
     seen = simulate(load_scene('room', 'turn'), nod, 4.0, 1, start_ns=START_NS)
     write_bag(seen, tmp_path / 'bag')
-    assert main([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
+    assert map_bag([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
     assert re.search(r'clouds that do not fit the map +│ +0 │', capsys.readouterr().out)
 
 
@@ -127,7 +127,7 @@ def test_dropped_scans_are_named(recording, tmp_path, capsys):
         joint_position=recording.joint_position[kept],
     )
     write_bag(gap, tmp_path / 'bag')
-    assert main([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
+    assert map_bag([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
     assert 'dropped: joint samples more than 0.1 s apart' in capsys.readouterr().out
 
 
@@ -140,13 +140,13 @@ def test_late_odometry_is_named_until_its_delay_is_given(tmp_path, capsys):
     late = replace(turning, odometry_stamp_ns=turning.odometry_stamp_ns + 100_000_000)
     write_bag(late, tmp_path / 'bag')
     arguments = [str(tmp_path / name) for name in ('bag', 'out')]
-    assert main(arguments) == 0
+    assert map_bag(arguments) == 0
     said = re.search(r'set odometry_delay to (0\.\d+)', capsys.readouterr().out)
     assert said is not None
     assert 0.08 < float(said[1]) < 0.12
     given = {'assembler': {'ros__parameters': {'odometry_delay': 0.1}}}
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
-    assert main([*arguments, '--params', str(tmp_path / 'map.yaml')]) == 0
+    assert map_bag([*arguments, '--params', str(tmp_path / 'map.yaml')]) == 0
     told = capsys.readouterr().out
     assert 'odometry is late by' in told
     assert 'set odometry_delay' not in told
@@ -159,14 +159,14 @@ def test_stamps_of_odometry_that_jitter_are_named(tmp_path, capsys):
     stamps_ns = np.sort(steady.odometry_stamp_ns + late_ns.astype(np.int64))
     stamps_ns[[0, -1]] = steady.odometry_stamp_ns[[0, -1]]
     write_bag(replace(steady, odometry_stamp_ns=stamps_ns), tmp_path / 'bag')
-    assert main([str(tmp_path / name) for name in ('bag', 'out')]) == 0
+    assert map_bag([str(tmp_path / name) for name in ('bag', 'out')]) == 0
     told = re.sub(r'[\s│]+', ' ', capsys.readouterr().out)
     assert 'its stamps jitter by' in told
     assert 'set odometry_period to 0.0200 in assembler and mapper' in told
 
 
 def test_it_is_said_why_the_delay_of_odometry_is_unknown(output, tmp_path, capsys):
-    assert main([str(output.parent / 'bag'), str(tmp_path / 'out')]) == 0
+    assert map_bag([str(output.parent / 'bag'), str(tmp_path / 'out')]) == 0
     printed = ' '.join(re.sub('[│\n]', ' ', capsys.readouterr().out).split())
     assert 'odometry is late by unknown: too few clouds without a jump of odometry' in printed
 
@@ -178,7 +178,7 @@ def test_what_is_not_allowed_is_named(output, tmp_path, capsys, name, value):
     given = {'mapper': {'ros__parameters': {name: value}}}
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
     bag = str(output.parent / 'bag')
-    assert main([bag, str(tmp_path / 'out'), '--params', str(tmp_path / 'map.yaml')]) == 2
+    assert map_bag([bag, str(tmp_path / 'out'), '--params', str(tmp_path / 'map.yaml')]) == 2
     assert name in capsys.readouterr().err
 
 
@@ -188,21 +188,21 @@ def test_of_a_recording_that_was_cut_off_the_rest_is_mapped(output, tmp_path, ca
     (file,) = (output.parent / 'bag').glob('*.mcap')
     (tmp_path / 'bag' / 'bag_0.mcap').write_bytes(file.read_bytes())
     (tmp_path / 'bag' / 'bag_1.mcap').write_bytes(file.read_bytes()[:1000])
-    assert main([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
+    assert map_bag([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 0
     found, expected = (np.loadtxt(each / 'trajectory.txt') for each in (tmp_path / 'out', output))
     np.testing.assert_array_equal(found, expected)
     assert "'bag_1.mcap' ends early: read up to there" in capsys.readouterr().out
 
 
 def test_a_missing_bag_is_one_line(tmp_path, capsys):
-    assert main([str(tmp_path / 'none'), str(tmp_path / 'out')]) == 1
+    assert map_bag([str(tmp_path / 'none'), str(tmp_path / 'out')]) == 1
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 def test_a_bag_without_a_whole_sweep_is_one_line(tmp_path, capsys):
     short = simulate(load_scene('room', 'turn'), NOD, 0.35, 1, start_ns=START_NS)
     write_bag(short, tmp_path / 'bag')
-    assert main([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 1
+    assert map_bag([str(tmp_path / 'bag'), str(tmp_path / 'out')]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert 'no cloud from 3 scans: no whole sweep' in line
 
@@ -219,4 +219,4 @@ def test_slow_odometry_is_used_as_the_parameters_allow(recording, tmp_path):
     given = {'assembler': {'ros__parameters': {'max_odometry_gap': 1.0}}}
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
     folders = [str(tmp_path / name) for name in ('bag', 'out')]
-    assert main([*folders, '--params', str(tmp_path / 'map.yaml')]) == 0
+    assert map_bag([*folders, '--params', str(tmp_path / 'map.yaml')]) == 0

@@ -16,11 +16,13 @@ from nodlidar_common.nod import Nod
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate
 from nodlidar_planner.choice.timing_error import UnderError
+from nodlidar_planner.commands import plan_scan as module
+from nodlidar_planner.commands.entry_points import plan_scan
 from nodlidar_planner.holes.hole import Hole
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_planner.pattern.task import AZIMUTH_OF_STEP_0, Task
-from nodlidar_planner.plan_scan import command, planning, progress
+from nodlidar_planner.plan_scan import progress
 from nodlidar_planner.plan_scan.options import objective_of, parse, Request
 from nodlidar_planner.plan_scan.pictures import (
     Candidates,
@@ -52,7 +54,7 @@ def run(capsys):
     """Return what runs the command: its status, stdout and stderr."""
 
     def run(*options):
-        return command.main(options), *capsys.readouterr()
+        return plan_scan(options), *capsys.readouterr()
 
     return run
 
@@ -332,7 +334,7 @@ def test_an_interruption_is_a_line(run, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(planning, 'plans', interrupted)
+    monkeypatch.setattr(module, 'plans', interrupted)
     assert run(*SMALL) == (130, '', 'plan_scan: interrupted\n')
 
 

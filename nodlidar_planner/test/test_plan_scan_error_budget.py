@@ -4,7 +4,7 @@ import json
 import math
 
 from matplotlib.figure import Figure
-from nodlidar_planner.plan_scan import command
+from nodlidar_planner.commands.entry_points import plan_scan
 import numpy as np
 import pytest
 
@@ -20,7 +20,7 @@ ONLY_RANGES = (
 
 
 def test_the_json_object_has_the_errors_by_source_and_distance(capsys):
-    assert command.main(['--json', '--error-budget', '--distance', '2.5', *NOD, *ONLY_RANGES]) == 0
+    assert plan_scan(['--json', '--error-budget', '--distance', '2.5', *NOD, *ONLY_RANGES]) == 0
     found = json.loads(capsys.readouterr().out)['error_budget']
     assert found['distances'] == [0.5, 1.0, 2.0, 2.5, 3.0, 4.0, 5.0]
     distances = np.array(found['distances'])
@@ -31,7 +31,7 @@ def test_the_json_object_has_the_errors_by_source_and_distance(capsys):
 
 
 def test_without_the_option_there_is_none(capsys):
-    assert command.main(['--json', *NOD]) == 0
+    assert plan_scan(['--json', *NOD]) == 0
     assert json.loads(capsys.readouterr().out)['error_budget'] is None
 
 
@@ -44,14 +44,14 @@ def test_without_the_option_there_is_none(capsys):
     ],
 )
 def test_encoder_and_backlash_are_those_of_the_servo(capsys, options, backlash):
-    assert command.main(['--json', '--error-budget', *NOD, '--deflection', '0', *options]) == 0
+    assert plan_scan(['--json', '--error-budget', *NOD, '--deflection', '0', *options]) == 0
     errors = json.loads(capsys.readouterr().out)['error_budget']
     others = errors['rms']['backlash'][-1] / (backlash / 2.0)
     assert others == pytest.approx(5.0 * math.sqrt(0.4), rel=0.05)  # from the axis, RMS
 
 
 def test_the_table_has_a_row_per_source_in_millimetres(capsys):
-    assert command.main(['--error-budget', *NOD, *PITCH]) == 0
+    assert plan_scan(['--error-budget', *NOD, *PITCH]) == 0
     table = capsys.readouterr().out.partition('RMS error of a point')[2]
     rows = {line[:18].strip(): line[18:].split() for line in table.splitlines()[1:]}
     assert rows['range noise'] == ['6.3', '7.2', '10.0', '13.4', '17.1', '20.9']
@@ -67,7 +67,7 @@ def test_the_picture_shows_every_source_over_the_distance(tmp_path, monkeypatch)
     monkeypatch.setattr(
         Figure, 'savefig', lambda self, *a, **k: (drawn.append(self), save(self, *a, **k))
     )
-    assert command.main(['--error-budget', *NOD, '--plot', str(tmp_path / 'errors.png')]) == 0
+    assert plan_scan(['--error-budget', *NOD, '--plot', str(tmp_path / 'errors.png')]) == 0
     assert (tmp_path / 'errors.png').stat().st_size > 10_000
     lines = {line.get_label(): line for line in drawn[0].axes[0].get_lines()}
     assert 'odometry' not in lines  # the robot stands
@@ -77,5 +77,5 @@ def test_the_picture_shows_every_source_over_the_distance(tmp_path, monkeypatch)
 
 
 def test_reversals_that_take_longer_than_a_sweep_are_refused(capsys):
-    assert command.main(['--error-budget', *NOD, '--reversal-acceleration', '2']) != 0
+    assert plan_scan(['--error-budget', *NOD, '--reversal-acceleration', '2']) != 0
     assert "'--reversal-acceleration' must be at least" in capsys.readouterr().err

@@ -6,11 +6,11 @@ import math
 from hypothesis import example, given
 from hypothesis import strategies as st
 from nodlidar_planner.choice.choice import quick_choice
+from nodlidar_planner.commands.entry_points import plan_scan
 from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.pattern.band import samples_in_band
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
-from nodlidar_planner.plan_scan.command import main
 import pytest
 
 CENTIMETRES = range(30, 601)
@@ -25,7 +25,7 @@ def test_distances_have_a_nod_that_completes(begin):
 
 
 def test_plan_scan_answers_where_a_sliver_is_left_over(capsys):
-    assert main(['--full-circle', '--distance', '0.59', '--timing-error', '0', '--json']) == 0
+    assert plan_scan(['--full-circle', '--distance', '0.59', '--timing-error', '0', '--json']) == 0
     plan = json.loads(capsys.readouterr().out)
     assert plan['never_hit_share'] == 0.0
     assert plan['completion_time'] > plan['lower_bound'] > 0.0

@@ -7,9 +7,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
 from nodlidar_servo.bus.packets import PROTOCOL_1, PROTOCOL_2
+from nodlidar_servo.commands.entry_points import setup
+from nodlidar_servo.commands.setup import (
+    check_lidar,
+    node_parameters,
+    parameter_file,
+    Port,
+    start_command,
+)
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.servo import Servo
-from nodlidar_servo.setup.command import main
 from nodlidar_servo.setup.dialogue import Dialogue, Wish
 from nodlidar_servo.setup.errors import (
     LidarError,
@@ -21,13 +28,6 @@ from nodlidar_servo.setup.errors import (
 )
 from nodlidar_servo.setup.registers import rate_code, rate_of, registers_of
 from nodlidar_servo.setup.search import answers, Found, is_shared, rare_trials, RATES_1
-from nodlidar_servo.setup.terminal import (
-    check_lidar,
-    node_parameters,
-    parameter_file,
-    Port,
-    start_command,
-)
 from nodlidar_sim.devices import rx_table as rx
 from nodlidar_sim.devices import x_table as x
 from nodlidar_sim.devices.device import SilentDevice
@@ -319,7 +319,7 @@ def test_the_command_that_starts_the_nod(tmp_path):
 
 def test_the_command_is_shown_with_what_another_lidar_needs(capsys):
     with PseudoTerminals({'servo': make(XServoEmulator)}) as ports:
-        assert main(['--port', ports['servo'], '--yes']) == 0
+        assert setup(['--port', ports['servo'], '--yes']) == 0
     [*_, hint, command] = capsys.readouterr().out.splitlines()
     assert 'lidar:=' in hint
     assert command == start_command(ports['servo'], ServoConfig(model='XL430-W250'), None)
@@ -331,7 +331,7 @@ def test_a_file_that_cannot_be_written_is_refused_before_the_servo_is_changed(tm
     with PseudoTerminals({'servo': servo}) as ports:
         path = tmp_path / 'new' / 'servo.yaml'
         options = ['--port', ports['servo'], '--yes', '--limits', '-0.3', '0.3']
-        assert main([*options, '--output', str(path)]) == 1
+        assert setup([*options, '--output', str(path)]) == 1
     assert f"No such file or directory: '{path}'" in capsys.readouterr().err
     assert values(servo, READY_X) == before
 

@@ -14,8 +14,10 @@ from nav_msgs.msg import Odometry
 from nodlidar_common import scip
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
+from nodlidar_sim.commands.emulate import parse, without_ros_args
+from nodlidar_sim.commands.entry_points import emulate
+from nodlidar_sim.devices.make_devices import make_devices
 from nodlidar_sim.devices.trajectory_controller import TrajectoryError
-from nodlidar_sim.emulate import main, make_devices, parse, without_ros_args
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
 from nodlidar_sim.ros.joint_controller import trajectory_of
 from nodlidar_sim.world.scene import load_scene
@@ -27,6 +29,7 @@ from sensor_msgs.msg import JointState, LaserScan
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 LONGEST = 30.0  # s; then a process is killed, so that no read waits for ever
+RUN = 'import sys; from nodlidar_sim.commands.entry_points import emulate; sys.exit(emulate())'
 PING = bytes.fromhex('FFFF010201FB')
 PING_ANSWER = bytes.fromhex('FFFF010200FC')
 
@@ -37,7 +40,7 @@ def start():
 
     def start(*arguments):
         process = subprocess.Popen(
-            [sys.executable, '-m', 'nodlidar_sim.emulate', *map(str, arguments)],
+            [sys.executable, '-c', RUN, *map(str, arguments)],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         processes.append(process)
@@ -229,9 +232,8 @@ def test_scip_1_1(start, tmp_path):
         (['--lidar-link', 'l', '--seed', '-1'], 'at least 0, but is -1'),
     ],
 )
-def test_what_is_not_allowed_is_a_line_with_status_2(monkeypatch, capsys, arguments, message):
-    monkeypatch.setattr(sys, 'argv', ['emulate', *arguments])
-    assert main() == 2
+def test_what_is_not_allowed_is_a_line_with_status_2(capsys, arguments, message):
+    assert emulate(arguments) == 2
     error = capsys.readouterr().err
     assert error.startswith('emulate: error: ')
     assert message in error

@@ -4,8 +4,8 @@ import math
 from hypothesis import given, settings, strategies
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
+from nodlidar_sim.devices.make_devices import make_devices, with_ld19
 from nodlidar_sim.devices.urg_scan import Revolution
-from nodlidar_sim.emulate import make_devices, with_ld19
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters

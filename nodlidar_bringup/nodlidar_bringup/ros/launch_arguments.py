@@ -7,8 +7,8 @@ from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
 from nodlidar_common.ldrobot import LD19
 from nodlidar_servo.models.models import MODELS
+from nodlidar_sim.devices.make_devices import WITH_BYTES
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
-from nodlidar_sim.emulate import WITH_BYTES
 
 
 def share(package: str, path: str) -> str:

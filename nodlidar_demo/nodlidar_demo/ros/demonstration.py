@@ -1,7 +1,7 @@
 """The demo: launch a simulated sensor, record it, measure its clouds and draw them."""
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 import time
@@ -13,7 +13,6 @@ from nodlidar_assembler.clouds.mixed_pixels import MixedPixelConfig
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor, LaunchedSensor
-from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.terminal import progress_bar
 from nodlidar_common.whole_file import named
@@ -25,7 +24,7 @@ from nodlidar_demo.evaluation import (
     points_of_log,
     surface_rms,
 )
-from nodlidar_demo.options import bag_folder, check_duration
+from nodlidar_demo.options import bag_folder
 from nodlidar_demo.pictures import write_picture
 from nodlidar_demo.report import Distances, print_report
 from nodlidar_demo.ros.recorder import Recorder
@@ -46,41 +45,19 @@ class DemoError(NodlidarError):
     """The sensor did not start, or ended too early."""
 
 
-def demonstrate(argv: Sequence[str] | None, description: str | None) -> None:
-    """Run the demo with the options of a command line.
+def demonstrate(options: argparse.Namespace) -> None:
+    """Run the demo with the options of its command.
 
     Raises
     ------
     DemoError
         If the sensor does not start, or ends too early.
     ParameterError
-        For a scene, a route, a duration or a folder that is not allowed.
+        For a scene, a route or a folder that is not allowed.
     OSError
         If the results cannot be written.
-    SystemExit
-        After --help, or with status 2 for an unknown option.
     """
-    _demo(parse(argv, description), Console())
-
-
-def parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
-    """Return the options of a command line; raises ParameterError or SystemExit."""
-    parser = LineParser('demo', description)
-    parser.add_argument('--scene', default='room', help='a scene of nodlidar_sim or a YAML file')
-    parser.add_argument('--route', help="route of the base, in place of the scene's own")
-    parser.add_argument(
-        '--ideal', action='store_true', help='switch all errors of devices and odometry off'
-    )
-    parser.add_argument('--duration', type=float, default=20.0, help='seconds of clouds to record')
-    parser.add_argument(
-        '--output', type=Path, default=Path('demo_output'), help='folder for the results'
-    )
-    options = parser.parse_args(argv)
-    check_duration(options.duration)
-    return options
-
-
-def _demo(options: argparse.Namespace, console: Console) -> None:
+    console = Console()
     scene = load_scene(options.scene, options.route, ideal=options.ideal)
     output, bag = options.output, bag_folder(options.output)
     keep_apart()

@@ -1,4 +1,8 @@
-"""A simulated drive, its map, and both beside the true floor plan."""
+"""Drives a simulated building and maps it, many times faster than real time.
+
+Leaves in the output folder a bag of the drive, the map (map.ply, map.pgm, map.yaml,
+keyframes.npz), the path, and a picture of the map beside the true floor plan.
+"""
 
 import argparse
 from collections.abc import Sequence
@@ -14,7 +18,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.whole_file import named, whole_file
 from nodlidar_demo.options import bag_folder, check_duration
-from nodlidar_mapper.command import map_drive
+from nodlidar_mapper.commands.map_bag import main as map_bag
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import Recording, simulate
@@ -33,7 +37,7 @@ HEIGHTS = np.arange(0.2, 1.8, 0.4)  # at which the floor plan shows surfaces [m]
 WALL = 0.04  # distance from a surface within which a cell is one [m]
 
 
-def map_simulated_drive(argv: Sequence[str] | None, description: str | None) -> None:
+def main(argv: Sequence[str] | None) -> None:
     """Simulate a drive, map it and draw the map beside the truth.
 
     Raises
@@ -43,7 +47,7 @@ def map_simulated_drive(argv: Sequence[str] | None, description: str | None) -> 
     OSError
         If a file cannot be written.
     """
-    options = _parse(argv, description)
+    options = _parse(argv)
     console = Console(stderr=True)
     scene = load_scene(options.scene, options.route)
     profile = PROFILES['slam']
@@ -55,7 +59,7 @@ def map_simulated_drive(argv: Sequence[str] | None, description: str | None) -> 
         drive = simulate(scene, nod, options.duration, options.seed, start_ns=START_NS)
         with named(bag):
             write_bag(drive, bag)
-    map_drive([str(bag), str(output)], description)
+    map_bag([str(bag), str(output)])
     with console.status('drawing'):
         write_comparison(output / 'floor_plan.png', output, drive)
 
@@ -104,8 +108,8 @@ def _draw_plan(
     axes.imshow(~wall, cmap='gray', origin='lower', extent=extent, vmin=0, vmax=1)
 
 
-def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
-    parser = LineParser('demo_mapping', description)
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = LineParser('demo_mapping', __doc__)
     parser.add_argument('--scene', default='building', help='scene, or a YAML file')
     parser.add_argument('--route', default=None, help="route in place of the scene's own")
     parser.add_argument('--duration', type=float, default=200.0, help='of the drive [s]')

@@ -1,14 +1,16 @@
-"""The options of the command calibrate, its table and its file."""
+"""`ros2 run nodlidar_assembler calibrate BAG|live`: calibrates the sensor from a static scene.
+
+Joint delay and zero, and the lidar's place in the nodding frame, by what must be flat.
+"""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import math
 from pathlib import Path
 import shlex
 import sys
 
-from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
-from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.bags.bag_options import add_topics, configuration, topics_of
 from nodlidar_assembler.calibration.beam_model import MeasuredBeams
 from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES, OPTIONAL
 from nodlidar_assembler.calibration.recorded import (
@@ -49,14 +51,8 @@ UNASKED = {
     'offset': 'only with --range-offset, for lidars that measure all ranges too long or short',
 }
 
-# Records the live topics for a time [s]: config, scan topic, joint topic, seconds. Without a
-# config, it is that of the running assembler. Returns the log, and the config that was used.
-Record = Callable[[AssemblerConfig | None, str, str, float], tuple[SensorLog, AssemblerConfig]]
 
-
-def calibrate_and_report(
-    argv: Sequence[str] | None, description: str | None, record: Record
-) -> None:
+def main(argv: Sequence[str] | None) -> None:
     """Calibrate by a command line: print a table, and write the parameters.
 
     Raises
@@ -68,10 +64,12 @@ def calibrate_and_report(
     SystemExit
         After --help, or with status 2 and a line on stderr for an invalid option.
     """
-    arguments = _parse(argv, description)
+    arguments = _parse(argv)
     config = configuration(arguments.params, {})
     check_writable(arguments.output)
     if arguments.source == LIVE:
+        from nodlidar_assembler.ros.live_log import record  # only the running sensor needs ROS
+
         topics = arguments.scan or 'scan', arguments.joint_states or 'joint_states'
         log, config = record(config if arguments.params else None, *topics, arguments.seconds)
     else:
@@ -139,8 +137,8 @@ def _is_asked(found: Calibration, name: str) -> bool:
     return name in found.errors or name in found.undetermined
 
 
-def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
-    parser = LineParser('calibrate', description)
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = LineParser('calibrate', __doc__)
     parser.add_argument(
         'source', metavar='BAG|live', help='a rosbag2 folder or file, or the running sensor'
     )

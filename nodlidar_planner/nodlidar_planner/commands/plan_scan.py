@@ -1,4 +1,4 @@
-"""The work of plan_scan: finds plans, draws and prints them."""
+"""The command `plan_scan`, which chooses the nod that finds an object soonest."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ ON_FRONT_UNDER_ERROR = 60  # N_s considered for the front under a timing error
 CELLS_UNDER_ERROR = 10_000_000
 
 
-def plan_scan(argv: Sequence[str] | None) -> None:
+def main(argv: Sequence[str] | None) -> None:
     """Plan a scan as a command line requests.
 
     Raises

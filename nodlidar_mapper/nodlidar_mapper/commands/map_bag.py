@@ -1,4 +1,10 @@
-"""The options of the command map_bag, and its table."""
+"""`ros2 run nodlidar_mapper map_bag`: maps a recorded drive.
+
+Reads scans, joint states and odometry from TF. Writes into a folder: the points of the map
+(map.ply), its occupancy grid as map_server reads it (map.pgm, map.yaml), a picture (map.png), the
+map to go on from (keyframes.npz), and the poses of the sensor as lines of time, position and
+quaternion (trajectory.txt).
+"""
 
 import argparse
 from collections.abc import Sequence
@@ -7,7 +13,7 @@ from pathlib import Path
 import time
 from typing import TypeVar
 
-from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
+from nodlidar_assembler.bags.bag_options import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.inputs.stamp_jitter import StampJitter
@@ -30,7 +36,7 @@ Config = TypeVar('Config', MapConfig, GridConfig)
 DESKEWED = {'profile': 'slam', 'ego_motion': 'deskew', 'cloud_mode': 'sweep'}
 
 
-def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
+def main(argv: Sequence[str] | None) -> None:
     """Map the bag that a command line names, and print a summary.
 
     Raises
@@ -42,7 +48,7 @@ def map_drive(argv: Sequence[str] | None, description: str | None) -> None:
     SystemExit
         After --help, or with status 2 and a line on stderr for an invalid option.
     """
-    arguments = _parse(argv, description)
+    arguments = _parse(argv)
     begin = time.perf_counter()
     config = configuration(arguments.params, DESKEWED)
     mapper = Mapper(_given(arguments.params, MapConfig()))
@@ -104,8 +110,8 @@ def _given(params: Path | None, default: Config) -> Config:
     return config
 
 
-def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
-    parser = LineParser('map_bag', description)
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = LineParser('map_bag', __doc__)
     parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
     parser.add_argument('output', type=Path, help='folder to write to')
     parser.add_argument(

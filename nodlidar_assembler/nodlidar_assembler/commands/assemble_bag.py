@@ -1,27 +1,28 @@
-"""The options of the command assemble_bag, and its table."""
+"""`ros2 run nodlidar_assembler assemble_bag`: assembles the clouds of a recorded bag.
+
+The clouds are those that the assembler node publishes for the same messages and parameters.
+"""
 
 import argparse
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, write_clouds
-from nodlidar_assembler.bags.bag_types import Topics, USUAL
+from nodlidar_assembler.bags.bag_options import add_topics, configuration, topics_of
+from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.clouds.level_ranges import LEVEL_SCANS
 from nodlidar_assembler.clouds.pipeline import CLOUD_MODES, EGO_MOTION_MODES
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.profiles import ProfileConfig, PROFILES
+from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.parameter_file import file_values
-from nodlidar_common.parameters import check
 from nodlidar_common.terminal import progress_bar, result_console
 from rich.table import Table
 
 
-def assemble(argv: Sequence[str] | None, description: str | None) -> None:
+def main(argv: Sequence[str] | None) -> None:
     """Assemble the bag that a command line names, and print a summary.
 
     Raises
@@ -33,50 +34,10 @@ def assemble(argv: Sequence[str] | None, description: str | None) -> None:
     SystemExit
         After --help, or with status 2 and a line on stderr for an invalid option.
     """
-    arguments = _parse(argv, description)
+    arguments = _parse(argv)
     config = configuration(arguments.params, _chosen(arguments))
     summary = _with_bar(arguments.bag, arguments.output, config, topics_of(arguments))
     result_console().print(summary_table(summary, arguments.output))
-
-
-def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerConfig:
-    """Return the profile's parameters, overridden by those of a file, then by the chosen ones.
-
-    Raises
-    ------
-    ParameterError
-        If the file is not a parameter file, or a value is not allowed.
-    OSError
-        If the file cannot be read.
-    """
-    values: dict[str, Any] = {}
-    if params is not None:
-        for config_class in (ProfileConfig, AssemblerConfig):
-            values |= file_values([params], 'assembler', config_class)
-    values |= chosen
-    profile = ProfileConfig(values.pop('profile', ProfileConfig().profile))
-    check(profile)
-    config = replace(PROFILES[profile.profile], **values)
-    check(config)
-    return config
-
-
-def add_topics(parser: argparse.ArgumentParser, kinds: Iterable[str] = USUAL) -> None:
-    """Add the options of the topics in a bag, of some types of messages."""
-    for usual, option in (USUAL[kind] for kind in kinds):
-        said = f'default: {usual}, or the only one of its type'
-        parser.add_argument(option, metavar='TOPIC', default='', help=said)
-
-
-def topics_of(arguments: argparse.Namespace) -> Topics:
-    """Return the chosen topics, with a leading slash, as in bags."""
-    chosen = arguments.scan, arguments.joint_states, getattr(arguments, 'tf', '')
-    return Topics(*(topic and absolute(topic) for topic in chosen))
-
-
-def absolute(topic: str) -> str:
-    """Return a topic's name with a leading slash, as in bags."""
-    return topic if topic.startswith('/') else f'/{topic}'
 
 
 def summary_table(summary: Summary, output: Path) -> Table:
@@ -117,8 +78,8 @@ def _chosen(arguments: argparse.Namespace) -> dict[str, Any]:
     return {key: getattr(arguments, key) for key in options if getattr(arguments, key)}
 
 
-def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
-    parser = LineParser('assemble_bag', description)
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = LineParser('assemble_bag', __doc__)
     parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
     kinds = ', '.join(SUFFIXES)
     parser.add_argument('output', type=Path, help=f'file to write or replace: {kinds}')

@@ -7,7 +7,7 @@ from nodlidar_common.nod import Nod
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
-from nodlidar_viewer.replay_command import _clouds_of
+from nodlidar_viewer.commands.view_bag import _clouds_of
 
 NOD = Nod(-0.6, 0.6, 4001 * 0.1 / 1024, 4001, 10**18)
 

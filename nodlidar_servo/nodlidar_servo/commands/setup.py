@@ -1,4 +1,8 @@
-"""What the command `setup` asks and shows on the terminal."""
+"""The command `setup`: finds a servo, shows what it is, and sets it up for the servo node.
+
+It asks before each change, writes with the torque off, reads back, and ends with the command that
+starts the nod. It never moves the motor.
+"""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -9,19 +13,22 @@ import shlex
 
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.serial_port import close_port, open_port, port_errors, SerialPort
+from nodlidar_common.terminal import progress_bar
 from nodlidar_common.whole_file import check_writable, whole_file
 from nodlidar_servo.bus.latency import latency_timer
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.models.models import MODELS
 from nodlidar_servo.setup.dialogue import Dialogue, Result, Wish
 from nodlidar_servo.setup.errors import LidarError, NoServoError
+from rich.console import Console
+from rich.table import Table
 
 _LAUNCH = 'ros2 launch nodlidar_bringup robot.launch.py hardware:=real'
 _LIDAR_RATE, _LIDAR_WAIT = 115_200, 0.4  # s; a lidar answers once a revolution
 _DEFAULTS = ServoConfig()
 
 
-def set_up(argv: Sequence[str] | None, description: str | None) -> None:
+def main(argv: Sequence[str] | None) -> None:
     """Set the servo up that a command line names, as far as the user agrees.
 
     Raises
@@ -31,7 +38,7 @@ def set_up(argv: Sequence[str] | None, description: str | None) -> None:
     OSError
         If the parameter file cannot be written.
     """
-    options = _parse(argv, description)
+    options = _parse(argv)
     if not options.dry_run:
         check_writable(Path(options.output))
     port = Port(options.port)
@@ -94,8 +101,6 @@ def parameter_file(parameters: dict[str, object]) -> str:
 
 
 def _with_progress(port: Port, options: argparse.Namespace) -> Result:
-    from nodlidar_common.terminal import progress_bar
-
     with progress_bar() as progress:
         task = progress.add_task('looking for a servo')
 
@@ -159,9 +164,6 @@ def _show_changes(result: Result) -> None:
     if not result.changes:
         print('nothing was changed')
         return
-    from rich.console import Console
-    from rich.table import Table
-
     table = Table('register', 'before', 'after', 'why', title='changed, and read back')
     for change in result.changes:
         after = result.after.values[change.name]
@@ -186,8 +188,8 @@ def _show_start(result: Result, options: argparse.Namespace) -> None:
     print(start_command(options.port, result.config, file))
 
 
-def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
-    parser = LineParser('setup', description)
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = LineParser('setup', __doc__)
     parser.add_argument('--port', default=_DEFAULTS.port, help='of the servo')
     parser.add_argument('--model', default='', choices=MODELS, help='refuse any other model')
     parser.add_argument('--from-id', type=int, metavar='ID', help='of several servos, this one')

@@ -1,4 +1,8 @@
-"""The options of the command view_bag, and its player."""
+"""`ros2 run nodlidar_viewer view_bag`: replays a recording on a page in a browser.
+
+Reads scans and joint states and, if there are any, transforms from odom, the frame of the clouds
+then.
+"""
 
 import argparse
 from collections.abc import Sequence
@@ -6,8 +10,8 @@ from pathlib import Path
 import sys
 import time
 
+from nodlidar_assembler.bags.bag_options import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.bag_types import BagError, Topics
-from nodlidar_assembler.bags.command import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.clouds.points import Points
@@ -23,7 +27,7 @@ from rich.console import Console
 PERIOD = 0.1  # s, between two pictures
 
 
-def replay_bag(argv: Sequence[str] | None, description: str | None) -> None:
+def main(argv: Sequence[str] | None) -> None:
     """Serve the page of a bag until Ctrl-C.
 
     Raises
@@ -35,7 +39,7 @@ def replay_bag(argv: Sequence[str] | None, description: str | None) -> None:
     SystemExit
         After --help, or with status 2 and a line on stderr for an invalid option.
     """
-    arguments = _parse(argv, description)
+    arguments = _parse(argv)
     config = ViewerConfig(host=arguments.host, port=arguments.port)
     check(config)
     with Console(stderr=True).status(f'assembling {arguments.bag}'):
@@ -84,8 +88,8 @@ def _clouds_of(bag: Path, params: Path | None, topics: Topics) -> tuple[str, lis
     return frame, clouds
 
 
-def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
-    parser = LineParser('view_bag', description)
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = LineParser('view_bag', __doc__)
     parser.add_argument('bag', type=Path, help='a rosbag2 folder, or an .mcap or .db3 file')
     parser.add_argument('--params', type=Path, metavar='YAML', help='parameters of the assembler')
     add_topics(parser)

@@ -6,32 +6,26 @@ import os
 
 from nodlidar_bringup.checks.network import check_network
 from nodlidar_bringup.checks.network_facts import network_facts
-from nodlidar_common.command_line import LineParser, run
+from nodlidar_bringup.checks.report import as_json, faults, print_sections, Section
+from nodlidar_common.command_line import LineParser
+from rich.console import Console
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv: Sequence[str] | None) -> int:
     """Examine everything; return 1 if there is a fault, otherwise 0."""
+    options = _parse(argv)
+    network = network_facts(os.environ)
+    if network.middleware not in network.installed:
+        os.environ.pop('RMW_IMPLEMENTATION', None)  # ROS would end the process
 
-    def work() -> int:
-        from nodlidar_bringup.checks.report import as_json, faults, print_sections, Section
+    from nodlidar_bringup.ros.examination import examine
 
-        options = _parse(argv)
-        network = network_facts(os.environ)
-        if network.middleware not in network.installed:
-            os.environ.pop('RMW_IMPLEMENTATION', None)  # ROS would end the process
-
-        # Imported here, so that a missing package is reported in one line.
-        from nodlidar_bringup.ros.examination import examine
-        from rich.console import Console
-
-        sections = [Section('network', check_network(network)), *examine(options)]
-        if options.json:
-            print(as_json(sections))
-        else:
-            print_sections(sections, Console(highlight=False))
-        return 1 if faults(sections) else 0
-
-    return run('doctor', work)
+    sections = [Section('network', check_network(network)), *examine(options)]
+    if options.json:
+        print(as_json(sections))
+    else:
+        print_sections(sections, Console(highlight=False))
+    return 1 if faults(sections) else 0
 
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:

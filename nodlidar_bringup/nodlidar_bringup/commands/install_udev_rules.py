@@ -7,26 +7,21 @@ from pathlib import Path
 import shlex
 import subprocess
 
-from nodlidar_common.command_line import LineParser, run
+from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import NodlidarError
 
 TARGET = '/etc/udev/rules.d/60-nodlidar.rules'
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Install the rules, or print them; return the exit status."""
+def main(argv: Sequence[str] | None) -> None:
+    """Install the rules, or print them."""
+    from nodlidar_bringup.ros.launch_arguments import share
 
-    def work() -> None:
-        # Imported here, so that a missing package is reported in one line.
-        from nodlidar_bringup.ros.launch_arguments import share
-
-        rules = Path(share('nodlidar_bringup', 'config/udev/60-nodlidar.rules'))
-        if _parse(argv).print:
-            print(rules.read_text(), end='')
-        else:
-            install(rules, as_root=os.geteuid() == 0)
-
-    return run('install_udev_rules', work)
+    rules = Path(share('nodlidar_bringup', 'config/udev/60-nodlidar.rules'))
+    if _parse(argv).print:
+        print(rules.read_text(), end='')
+    else:
+        install(rules, as_root=os.geteuid() == 0)
 
 
 def commands(rules: Path, *, as_root: bool) -> list[list[str]]:

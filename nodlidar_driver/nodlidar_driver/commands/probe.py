@@ -1,4 +1,8 @@
-"""What the command `probe` does: opens the port, streams, shows what was found."""
+"""The command `probe`: what a lidar is, how fast it scans, how well it is dated, what it sees.
+
+It reads some seconds of scans. The laser of a Hokuyo is off afterwards, also after Ctrl-C or an
+error; an LD06 or LD19 takes no commands.
+"""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -23,6 +27,8 @@ from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
 from nodlidar_driver.scip.scip_port import ScipPort
 import numpy as np
+from rich.console import Console
+from rich.table import Table
 
 _HOKUYO = 'Hokuyo'
 _DEFAULTS: dict[str, DriverConfig | LdrobotConfig] = {
@@ -33,7 +39,7 @@ _WIDTH, _HEIGHT = 79, 24  # characters of the picture
 _LONGEST = 3600.0  # s
 
 
-def probe(argv: Sequence[str] | None, description: str | None) -> None:
+def main(argv: Sequence[str] | None) -> None:
     """Probe the lidar that a command line names, and show what was found.
 
     Raises
@@ -43,7 +49,7 @@ def probe(argv: Sequence[str] | None, description: str | None) -> None:
     ParameterError
         For an option that is not allowed.
     """
-    options = _parse(argv, description)
+    options = _parse(argv)
     if not 0.0 < options.seconds <= _LONGEST:
         limit = f'above 0 and at most {_LONGEST} s'
         raise ParameterError('--seconds', limit, options.seconds)
@@ -125,9 +131,6 @@ def _no_lidar(failure: type[DeviceError], text: str) -> Iterator[None]:
 
 
 def _show(found: Probe) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
     console = Console(highlight=False)
     table = Table(show_header=False, box=None)
     for name, text in lines(found):
@@ -190,8 +193,8 @@ def _identity(identity: Identity) -> list[tuple[str, str]]:
     ]
 
 
-def _parse(argv: Sequence[str] | None, description: str | None) -> argparse.Namespace:
-    parser = LineParser('probe', description)
+def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = LineParser('probe', __doc__)
     ports = ', '.join(f'{each.port} of {name}' for name, each in _DEFAULTS.items())
     parser.add_argument('--lidar', choices=_DEFAULTS, default=_HOKUYO, help='LD19 is an LD06, too')
     parser.add_argument(
