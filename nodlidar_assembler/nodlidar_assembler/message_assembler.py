@@ -31,7 +31,7 @@ class MessageAssembler(ScanAssembler):
     ----------
     joint
         Selects the samples of the nod joint.
-    watch
+    timing
         Counts the revolutions of the lidar without a scan.
     """
 
@@ -46,7 +46,7 @@ class MessageAssembler(ScanAssembler):
         self._scan_input = ScanInput(config)
         self._joint_came = False  # since the last scan
         self._ahead = 0.0  # stamps of joint states of the scan that came with them [s]
-        self.watch = self._scan_input.watch
+        self.timing = self._scan_input.timing
         self.joint = JointInput(config, self.drops)
 
     @property
@@ -87,7 +87,7 @@ class MessageAssembler(ScanAssembler):
         """
         for sample in self.joint.samples(message):
             if sample[0] < (self._joints.newest_ns or 0):
-                self.watch.joints_went_back()
+                self.timing.joints_went_back()
             self.add_joint_sample(*sample)
             self._joint_came = True
             yield sample

@@ -9,7 +9,7 @@ from log_messages import scan_message, state_message
 from node_bench import BEAM_PERIOD, bench, SCAN_NS, sensor_log, simulated, START_NS
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
-from nodlidar_assembler.inputs import stamp_drift
+from nodlidar_assembler.plausibility import stamp_drift
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.assembly_filter import SEVERAL
 from nodlidar_assembler.ros.node import Assembler

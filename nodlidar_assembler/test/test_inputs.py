@@ -302,7 +302,7 @@ def test_scans_of_a_recording_that_is_played_in_a_loop_have_not_moved_alone(join
         list(assembler.add_joint_state(state))
         with suppress(RefusedScanError):
             assembler.scan(message, arrived_ns)
-    assert assembler.watch.restamped == pytest.approx(restamped, abs=1e-6)
+    assert assembler.timing.restamped == pytest.approx(restamped, abs=1e-6)
 
 
 def test_a_single_position_that_is_not_of_the_motion_of_the_joint_is_counted():

@@ -1,6 +1,6 @@
 """A joint that does not follow the commanded nod is named."""
 
-from nodlidar_assembler.control.nod_following import NodFollowing
+from nodlidar_assembler.plausibility.nod_following import NodFollowing
 from nodlidar_common.nod import Nod
 import pytest
 

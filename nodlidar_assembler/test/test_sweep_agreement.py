@@ -5,8 +5,8 @@ from dataclasses import replace
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
-import nodlidar_assembler.clouds.sweep_agreement as module
-from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
+import nodlidar_assembler.plausibility.sweep_agreement as module
+from nodlidar_assembler.plausibility.sweep_agreement import SweepAgreement
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters

@@ -1,1 +1,1 @@
-"""Messages as checked values, and signs that scans, joint samples or odometry are wrong."""
+"""Messages as checked values; what cannot be right is refused."""

@@ -6,8 +6,8 @@ from typing import Any
 
 from nodlidar_assembler.clouds.joint_history import JointSamplesConfig
 from nodlidar_assembler.clouds.pitch import LARGEST
-from nodlidar_assembler.inputs.joint_scatter import JointScatter
 from nodlidar_assembler.inputs.joint_strays import JointStrays
+from nodlidar_assembler.plausibility.joint_scatter import JointScatter
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import LATEST_NS, time_ns

@@ -8,8 +8,8 @@ from typing import Any
 from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.inputs.one_source import OneSource
-from nodlidar_assembler.inputs.scan_watch import ScanWatch
-from nodlidar_assembler.inputs.stamp_clock import StampClock
+from nodlidar_assembler.inputs.scan_clock import ScanClock
+from nodlidar_assembler.inputs.scan_timing import ScanTiming
 from nodlidar_common.errors import ParameterError, ScanError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
@@ -116,7 +116,7 @@ class ScanInput:
 
     Attributes
     ----------
-    watch
+    timing
         Follows the lidar's revolutions, and counts missing scans.
     """
 
@@ -126,12 +126,12 @@ class ScanInput:
     def __init__(self, config: ScanInputConfig) -> None:
         self._config = config
         self._lidars = OneSource()
-        self.watch = ScanWatch()
-        self._device_clock = StampClock() if config.scan_clock == 'device' else None
+        self.timing = ScanTiming()
+        self._device_clock = ScanClock() if config.scan_clock == 'device' else None
 
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock of the host was set by a step [ns]."""
-        self.watch.shift(step_ns)
+        self.timing.shift(step_ns)
         if self._device_clock is not None:
             self._device_clock.shift(-step_ns)
 
@@ -148,6 +148,6 @@ class ScanInput:
             if not self._device_clock.add(scan.end_ns, arrived_ns):
                 raise RefusedScanError(self.LATE)
             scan = replace(scan, stamp_ns=scan.stamp_ns - self._device_clock.ahead_ns)
-        if reason := self.watch.refuse(scan.stamp_ns, nominal, arrived_ns):
+        if reason := self.timing.refuse(scan.stamp_ns, nominal, arrived_ns):
             raise RefusedScanError(reason)
         return scan

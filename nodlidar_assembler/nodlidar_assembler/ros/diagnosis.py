@@ -8,13 +8,12 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_assembler.clouds.sweep_agreement import SweepAgreement
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.nod_following import NodFollowing
-from nodlidar_assembler.inputs.held_odometry import HeldOdometry
-from nodlidar_assembler.inputs.odometry_scatter import OdometryScatter
 from nodlidar_assembler.inputs.revolutions import GATE_NS
-from nodlidar_assembler.inputs.stamp_drift import SCANS, StampDrift
+from nodlidar_assembler.plausibility.nod_following import NodFollowing
+from nodlidar_assembler.plausibility.odometry_check import OdometryCheck
+from nodlidar_assembler.plausibility.stamp_drift import SCANS, StampDrift
+from nodlidar_assembler.plausibility.sweep_agreement import SweepAgreement
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
@@ -77,8 +76,7 @@ class Diagnosis:
         self._range_ns: int | None = None  # of the last scan with a range, or of the first one
         self._odometry_ns: int | None = None
         self._commanded, self._following = commanded, NodFollowing()
-        self._held = HeldOdometry()
-        self._odometry_scatter, self._drift = OdometryScatter(), StampDrift()
+        self._odometry_check, self._drift = OdometryCheck(), StampDrift()
         self._drifting = False
         assembly.samples.registerCallback(self._sample_arrived)
         assembly.odometry.registerCallback(self._odometry_arrived)
@@ -116,8 +114,7 @@ class Diagnosis:
     def _odometry_arrived(
         self, time_ns: int, position: Sequence[float], orientation: Sequence[float]
     ) -> None:
-        self._held.add(time_ns, position, orientation)
-        self._odometry_scatter.add(time_ns, position, orientation)
+        self._odometry_check.add(time_ns, position, orientation)
         if self._odometry is not None:
             self._note_late('odometry', time_ns, time_ns - self._odometry.ahead_ns)
 
@@ -166,12 +163,12 @@ class Diagnosis:
 
     def _restamping(self) -> str:
         """Return by how much stamps of scans moved; empty if not, or if they proved right."""
-        watch = self._assembly.assembler.watch
-        if watch.restamped != self._restamped:
-            self._restamped = watch.restamped
+        timing = self._assembly.assembler.timing
+        if timing.restamped != self._restamped:
+            self._restamped = timing.restamped
             self.agreement.restart()
         elif self.agreement.excludes(self._restamped):
-            watch.trust_stamps()
+            timing.trust_stamps()
             self._restamped = 0.0
         if abs(self._restamped) * NS_PER_S <= GATE_NS:
             return ''
@@ -241,7 +238,7 @@ class Diagnosis:
             self.counts | self._assembly.assembler.remarks | self._losses()
         ).items():
             status.add(name, str(count))
-        status.add('revolutions without a scan', str(self._assembly.assembler.watch.missing))
+        status.add('revolutions without a scan', str(self._assembly.assembler.timing.missing))
         status.add('joint delay by the sweeps [ms]', f'{self.agreement.delay * 1e3:.2f}')
         status.add('latency after the last point [s]', f'{self._latency:.4f}')
         return status
@@ -263,7 +260,7 @@ class Diagnosis:
         return [
             self._blindness(),
             self._clock_ahead(),
-            '' if self._odometry is None else self._held.warning or self._odometry_scatter.warning,
+            '' if self._odometry is None else self._odometry_check.warning,
             self._assembly.assembler.joint.scatter.warning,
             self._restamping() or self._drifted(),
             self._following.warning,

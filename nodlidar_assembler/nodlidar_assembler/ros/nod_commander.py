@@ -6,7 +6,7 @@ from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.control.nod_shape import NodShape
-from nodlidar_assembler.inputs.stamp_clock import StampClock
+from nodlidar_assembler.inputs.scan_clock import ScanClock
 from nodlidar_assembler.ros.clock_watch import ClockWatch
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
@@ -46,7 +46,7 @@ class NodCommander:
         self._node, self._config, self._clock = node, config, clock
         self.controller = NodController(config)
         self._last_scan_ns = 0  # steady clock, like the timer
-        self._stamp_clock = StampClock()
+        self._scan_clock = ScanClock()
         self._warn_if_samples_repeat()
         self._commands = node.create_publisher(
             NodCommand, 'nod_command', 1, qos_overriding_options=OVERRIDABLE
@@ -63,7 +63,7 @@ class NodCommander:
         self._last_scan_ns = steady_ns()
         since_ns = self._last_scan_ns - self._published_ns
         due = first or self.controller.approaching or since_ns >= _SOON * self._interval_ns
-        self._stamp_clock.add(scan.end_ns, self._clock.deadline_clock_ns())
+        self._scan_clock.add(scan.end_ns, self._clock.deadline_clock_ns())
         try:
             self.controller.add_scan(scan.geometry, scan.stamp_ns)
         except ParameterError as error:
@@ -84,7 +84,7 @@ class NodCommander:
     def clock_was_set(self, step_ns: int) -> None:
         """Continue the nod after the clock was set by a step [ns]; publish it at once."""
         self.controller.shift(step_ns)
-        self._stamp_clock.shift(step_ns)
+        self._scan_clock.shift(step_ns)
         self._publish()
 
     def take_over(self, shape: NodShape) -> int:
@@ -157,4 +157,4 @@ class NodCommander:
     def now_ns(self) -> int:
         """Return the present time by the clock of the stamps [ns]."""
         host = self._clock
-        return self._stamp_clock.now_ns(host.deadline_clock_ns(), host.now_ns())
+        return self._scan_clock.now_ns(host.deadline_clock_ns(), host.now_ns())

@@ -16,7 +16,7 @@ from typing import TypeVar
 from nodlidar_assembler.bags.bag_options import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import clouds_in
-from nodlidar_assembler.inputs.stamp_jitter import StampJitter
+from nodlidar_assembler.plausibility.odometry_jitter import OdometryJitter
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None) -> None:
     recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S
     assert log.odometry is not None
     delay = odometry_delay(clouds, log.odometry, config)
-    jitter = StampJitter.worst(log.odometry)
+    jitter = OdometryJitter.worst(log.odometry)
     way = float(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1).sum())
     table = Table(show_header=False)
     table.add_column()

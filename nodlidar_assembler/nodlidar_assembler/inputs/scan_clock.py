@@ -1,4 +1,4 @@
-"""The present time by the clock of the stamps, which may be that of another machine."""
+"""The present time by the clock of the scans' stamps, which may be that of another machine."""
 
 from collections import deque
 
@@ -12,7 +12,7 @@ _PACE = 0.25  # share of their time by which they may arrive faster or slower
 _AGREES_NS = NS_PER_S // 10
 
 
-class StampClock:
+class ScanClock:
     """The clock of the machine that stamps the scans, estimated from their arrival.
 
     The host's clock is used as long as it agrees. If it does not, the time is late by the least

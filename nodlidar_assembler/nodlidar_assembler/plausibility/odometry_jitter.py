@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.ego_motion import Odometry, rotated
-from nodlidar_assembler.inputs.held_odometry import DISTANCE, LEAST_ERROR
+from nodlidar_assembler.plausibility.point_error import DISTANCE, LEAST_ERROR
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ SMOOTHER = 0.5  # share of the squared offsets that remains if samples are even,
 
 
 @dataclass(frozen=True, slots=True)
-class StampJitter:
+class OdometryJitter:
     """How far stamps are off even ones.
 
     Attributes
@@ -41,7 +41,7 @@ class StampJitter:
     error: float
 
     @classmethod
-    def of(cls, times_ns: Times, position: Array, ends: Array) -> StampJitter | None:
+    def of(cls, times_ns: Times, position: Array, ends: Array) -> OdometryJitter | None:
         """Return the jitter of samples: stamps [ns], poses as in `offsets`; None if it is small.
 
         It is small if points are off by LEAST_ERROR or less.
@@ -62,7 +62,7 @@ class StampJitter:
         return cls(seconds, period, error) if error > LEAST_ERROR else None
 
     @classmethod
-    def worst(cls, odometry: Odometry) -> StampJitter | None:
+    def worst(cls, odometry: Odometry) -> OdometryJitter | None:
         """Return the worst of the windows of a drive, by the error of points; None without any."""
         times_ns, position = odometry.time_ns, odometry.poses.position
         ends = ends_of(odometry.poses.orientation)

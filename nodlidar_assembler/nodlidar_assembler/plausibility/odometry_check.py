@@ -1,16 +1,17 @@
-"""Odometry that scatters or leaps between samples, as no robot moves."""
+"""Odometry of the last seconds: whether it moves as a robot does."""
 
 from collections import deque
 from collections.abc import Sequence
 
-from nodlidar_assembler.inputs.held_odometry import DISTANCE, LEAST_ERROR
-from nodlidar_assembler.inputs.stamp_jitter import (
+from nodlidar_assembler.plausibility.odometry_held import held_poses
+from nodlidar_assembler.plausibility.odometry_jitter import (
     ends_of,
     FEWEST_SAMPLES,
+    OdometryJitter,
     offsets,
-    StampJitter,
     WINDOW_NS,
 )
+from nodlidar_assembler.plausibility.point_error import DISTANCE, LEAST_ERROR
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +28,13 @@ _MEDIAN = 0.4  # product of offsets of white noise of variance 1 in one coordina
 _TURN = DISTANCE * (2.0 / 3.0) ** 0.5  # way of points by a turn by 1 rad, RMS over all directions
 
 
-class OdometryScatter:
-    """Finds poses that are off the straight way between their neighbours, back and forth.
+class OdometryCheck:
+    """Finds poses that are held, whose stamps jitter, or that scatter or leap.
 
-    Acceleration and noise both put a sample off that way. Acceleration lasts, so that the offsets
-    of two samples in a row point the same way. With noise they point back: their mean product is
-    minus the variance of white noise, and a single leap by l has a product of -l^2 / 4.
+    The last two are off the straight way between their neighbours, back and forth. Acceleration
+    and noise both put a sample off that way. Acceleration lasts, so that the offsets of two
+    samples in a row point the same way. With noise they point back: their mean product is minus
+    the variance of white noise, and a single leap by l has a product of -l^2 / 4.
 
     As an offset counts how far points at DISTANCE move, RMS over all directions.
     """
@@ -64,8 +66,10 @@ class OdometryScatter:
         if len(self._samples) < FEWEST_SAMPLES:
             return ''
         times_ns, positions, orientations = map(np.array, zip(*self._samples, strict=True))
+        if held := held_poses(times_ns, positions, orientations):
+            return held
         ends = ends_of(orientations)
-        jitter = StampJitter.of(times_ns, positions, ends)
+        jitter = OdometryJitter.of(times_ns, positions, ends)
         if jitter is not None:
             return f'stamps of odometry jitter by {jitter}'
         off, off_turn, half_square = offsets(times_ns, positions, ends)

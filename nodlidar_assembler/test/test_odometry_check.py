@@ -5,7 +5,7 @@ import re
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.inputs.odometry_scatter import OdometryScatter
+from nodlidar_assembler.plausibility.odometry_check import OdometryCheck
 import numpy as np
 import pytest
 
@@ -20,11 +20,11 @@ def warning_of(pose, rate=50.0, duration=12.0):
 
 def warning_about(poses, stamps):
     """Return the warning about poses with stamps [s]."""
-    scatter = OdometryScatter()
+    check = OdometryCheck()
     for (x, y, yaw), stamp in zip(poses, stamps, strict=True):
         turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
-        scatter.add(START_NS + round(stamp * 1e9), (x, y, 0.0), turn)
-    return scatter.warning
+        check.add(START_NS + round(stamp * 1e9), (x, y, 0.0), turn)
+    return check.warning
 
 
 def driven(t, speed=0.4, turn=0.5):

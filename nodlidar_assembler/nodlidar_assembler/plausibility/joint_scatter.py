@@ -3,7 +3,7 @@
 import math
 
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
-from nodlidar_assembler.inputs.held_odometry import DISTANCE
+from nodlidar_assembler.plausibility.point_error import DISTANCE
 import numpy as np
 
 SCATTER = 4e-3  # that is named [rad]; the coarsest encoder rounds by 1.5e-3 RMS

@@ -1,11 +1,11 @@
-"""Checks the stamps and the rate of scans, and counts missing scans."""
+"""When scans come: wrong stamps and rates are refused, missing scans counted."""
 
 from collections import deque
 from copy import copy
 import math
 
-from nodlidar_assembler.inputs.restamping import OTHER_TIME_NS, Restamping, SILENCE_NS
 from nodlidar_assembler.inputs.revolutions import FEWEST, GATE_NS, Revolutions, SAME_RATE
+from nodlidar_assembler.inputs.scan_restamping import OTHER_TIME_NS, ScanRestamping, SILENCE_NS
 from nodlidar_common.nod import NS_PER_S
 
 # If stamps scatter by more [s], none can be recognised as wrong.
@@ -17,7 +17,7 @@ _FEWEST_TO_CHANGE, _MOST_TO_CHANGE = 5, FEWEST
 _REMEMBERED = 20  # scans; the fewest revolutions between two of them are the usual ones
 
 
-class ScanWatch:
+class ScanTiming:
     """Compares every scan with the revolutions of the lidar, as known from the scans before.
 
     After a disturbance or a restart of the lidar, its scans are accepted again after a few, or at
@@ -35,7 +35,7 @@ class ScanWatch:
 
     def __init__(self) -> None:
         self.missing = 0
-        self._restamping = Restamping()
+        self._restamping = ScanRestamping()
         self._restart(0.0)
 
     def _restart(self, nominal: float) -> None:

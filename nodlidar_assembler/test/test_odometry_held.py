@@ -5,18 +5,19 @@ import re
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from nodlidar_assembler.inputs.held_odometry import HeldOdometry
+from nodlidar_assembler.plausibility.odometry_held import held_poses
+import numpy as np
 import pytest
 
 
 def warning_of(way, turn=lambda t: 0.0, sent=50.0, measured=10.0, duration=5.0):
     """Return the warning about odometry of a way [m] and a turn [rad] at times [s], at rates."""
-    held = HeldOdometry()
-    for k in range(round(duration * sent)):
-        at = math.floor(k / sent * measured + 1e-9) / measured
-        pose = (way(at), 0.0, 0.0), (0.0, 0.0, math.sin(turn(at) / 2.0), math.cos(turn(at) / 2.0))
-        held.add(round(k / sent * 1e9), *pose)
-    return held.warning
+    times = np.arange(round(duration * sent)) / sent
+    at = (np.floor(times * measured + 1e-9) / measured).tolist()
+    position = np.array([(way(t), 0.0, 0.0) for t in at])
+    half_turn = [turn(t) / 2.0 for t in at]
+    orientation = np.array([(0.0, 0.0, math.sin(half), math.cos(half)) for half in half_turn])
+    return held_poses(np.rint(times * 1e9).astype(np.int64), position, orientation)
 
 
 @given(st.sampled_from([20.0, 50.0, 100.0]), st.integers(2, 8), st.floats(0.3, 2.0), st.booleans())

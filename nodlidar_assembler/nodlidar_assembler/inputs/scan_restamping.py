@@ -1,4 +1,4 @@
-"""Tells a lidar that began anew from a driver that stamps its scans in another way."""
+"""Tells a driver that begins to stamp its scans in another way from a lidar that began anew."""
 
 from collections import deque
 import math
@@ -17,7 +17,7 @@ _FEWEST = 10  # scans without a jump, of which one is not late
 _MOST_NOISE_NS = 20_000_000  # that the least late of them may still be late
 
 
-class Restamping:
+class ScanRestamping:
     """The time from stamp to arrival of scans, before and after their stamps jumped.
 
     A lidar that began anew sends its scans as late as before. If a driver stamps in another way,

@@ -1,0 +1,1 @@
+"""Signs that inputs are wrong although each message is valid; diagnostics warn of them."""
