@@ -8,7 +8,7 @@ from dataclasses import replace
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.scene_monitor import SceneMonitor
+from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.scip import decode, encode
@@ -95,13 +95,13 @@ def _message_and_coverage() -> dict[str, Action]:
     scan = log.scans[10]
     assembled = pipeline.add_scan(scan, log.sample_ns, log.sample_pitch)
     [points] = assembled.clouds
-    monitor, scans = SceneMonitor(AssemblerConfig()), iter(range(10**9))
+    monitor, scans = CoverageMonitor(AssemblerConfig()), iter(range(10**9))
 
     def cover() -> None:
         k = next(scans)
         later = replace(scan, stamp_ns=START_NS + k * NS_PER_S // 10)
         pitch = simulated.true_pitch[k % len(log.scans)]
-        monitor.cover(replace(assembled, scan=later, pitch=pitch))
+        monitor.add(replace(assembled, scan=later, pitch=pitch))
 
     for _ in range(100):  # fills the window
         cover()

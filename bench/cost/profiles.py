@@ -11,7 +11,7 @@ from functools import partial
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import Pipeline
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.scene_monitor import SceneMonitor
+from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
@@ -131,14 +131,16 @@ def computation_times(recordings: dict[str, Recording], rounds: int) -> dict[str
 
 def _compute(log: SensorLog, config: AssemblerConfig) -> None:
     """Process the arrays of a log as the node does."""
-    pipeline, monitor = Pipeline(config), SceneMonitor(config)
+    pipeline = Pipeline(config)
+    monitor = CoverageMonitor(config) if config.coverage_window > 0.0 else None
     for k, scan in enumerate(log.scans[3:-3]):
         assembled = pipeline.add_scan(scan, *samples_for(scan, log, pipeline))
         for cloud in assembled.clouds:
             cloud_message(cloud, config.frame_id)
-        monitor.cover(assembled)
-        if config.coverage_window > 0.0 and k % SCANS_PER_S == 0:
-            monitor.covered()
+        if monitor is not None:
+            monitor.add(assembled)
+            if k % SCANS_PER_S == 0:
+                monitor.covered()
 
 
 def callback_times(recordings: dict[str, Recording], rounds: int) -> dict[str, float]:

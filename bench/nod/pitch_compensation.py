@@ -1,7 +1,7 @@
 """Fig. 11: a drive toward an object ahead, with fixed and with compensated pitch limits.
 
 Three arms: the node's default limits without compensation; fixed limits that see just the band of
-heights from the start; and the node's own control (SceneMonitor), which moves limits and N_s by
+heights from the start; and the node's own control (AdaptiveLimits), which moves limits and N_s by
 scans and odometry.
 
 The drive takes 4001 frames. Repeats are beams in a cell of the finest grid (lidar steps x rows of
@@ -22,6 +22,7 @@ from itertools import product
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.control.adaptive_limits import AdaptiveLimits, AdaptiveLimitsConfig
 from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.control.phase_lock import PhaseLock
 from nodlidar_assembler.control.pitch_limits import (
@@ -30,7 +31,6 @@ from nodlidar_assembler.control.pitch_limits import (
     ranges_that_count,
     SECTOR,
 )
-from nodlidar_assembler.control.scene_monitor import SceneMonitor, SceneMonitorConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.scene import load_scene, Scene
@@ -112,17 +112,16 @@ def drive(
     """
     speed = (end - start) / (frames * SCAN_TIME)
     there = replace(scene.with_velocity((speed, 0.0)), base_start=(start, 0.0, 0.0))
-    config = SceneMonitorConfig(adapt_limits=arm == COMPENSATED)
+    config = AdaptiveLimitsConfig()
     limits = config.pitch_min, config.pitch_max
     if arm == FIXED:
         limits = limits_at(CONFIG, _first_range(scene, start, seed))
-    sensor, monitor = NoddingSensor(there, limits, seed), SceneMonitor(config)
+    sensor, adaptive = NoddingSensor(there, limits, seed), AdaptiveLimits(config)
     points, pitch, samples = [], [], []
     for assembled, odometry, seen in sensor.scans(frames):
-        monitor.cover(assembled)
-        if config.adapt_limits:
-            monitor.follow(assembled, odometry)
-            shape = monitor.shape()
+        if arm == COMPENSATED:
+            adaptive.add(assembled, odometry)
+            shape = adaptive.shape()
             if shape is not None:
                 sensor.change(shape)
         ahead = np.abs(np.arctan2(seen[:, 1], seen[:, 0])) <= SECTOR

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.clouds.scan_memory import ScanMemoryConfig
-from nodlidar_assembler.control.scene_monitor import SceneMonitorConfig
+from nodlidar_assembler.control.adaptive_limits import AdaptiveLimitsConfig
+from nodlidar_assembler.control.coverage_monitor import CoverageConfig
 from nodlidar_assembler.inputs.joint_input import JointInputConfig
 from nodlidar_assembler.inputs.scan_input import ScanInputConfig
 from nodlidar_assembler.waiting import WaitingConfig
@@ -12,7 +13,8 @@ from nodlidar_assembler.waiting import WaitingConfig
 
 @dataclass(frozen=True)
 class AssemblerConfig(
-    SceneMonitorConfig,
+    CoverageConfig,
+    AdaptiveLimitsConfig,
     LevelScanConfig,
     ScanMemoryConfig,
     WaitingConfig,

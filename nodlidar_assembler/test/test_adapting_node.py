@@ -2,7 +2,7 @@
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from node_bench import bench
-from nodlidar_assembler.control.nod_adaptation import BAND
+from nodlidar_assembler.control.adapted_shape import BAND
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_msgs.msg import Coverage, NodCommand

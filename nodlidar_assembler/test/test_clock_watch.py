@@ -6,7 +6,7 @@ from functools import cache
 from log_messages import scan_message, state_message
 from message_fuzz import fed
 from node_bench import SCAN_NS, sensor_log, simulated
-from nodlidar_assembler.ros import clock_watch, nod_commander
+from nodlidar_assembler.ros import clock_watch, nod_publisher
 from nodlidar_common.host_time import HostTime
 from nodlidar_common.ros.diagnostics import CHECK_PERIOD
 from nodlidar_common.ros.messages import nod_from_message
@@ -52,7 +52,7 @@ def timed(log):
 def steady_by(clock):
     """Make the steady clock of the node that of the simulated time."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (clock_watch, nod_commander):
+        for module in (clock_watch, nod_publisher):
             patch.setattr(module, 'steady_ns', lambda: clock.now_ns)
         yield
 

@@ -7,8 +7,9 @@ from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, Scan
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.clouds.points import place
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.adaptive_limits import AdaptiveLimits
+from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
 from nodlidar_assembler.control.nod_controller import NodController
-from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of
 import numpy as np
@@ -37,13 +38,14 @@ AGAINST = {
 
 
 def nods(config, ranges, revolutions=8):
-    """Return the nods that are commanded as the limits follow what a lidar sees, and coverage."""
+    """Return the nods that are commanded as limits follow what a lidar sees; shape, coverage."""
     check(config)
     n_l = config.steps_per_revolution
     beams = max(1, 682 * n_l // 1024)
     geometry = ScanGeometry(beams, -2.0, math.tau / n_l, 0.1 / n_l, 0.02, math.inf)
     at = Beams(geometry, REFERENCE_LASER_POSE)
-    controller, monitor = NodController(config), SceneMonitor(config)
+    controller, adaptive = NodController(config), AdaptiveLimits(config)
+    monitor = CoverageMonitor(config) if config.coverage_window > 0.0 else None
     found = []
     for revolution in range(revolutions):
         now_ns = START_NS + revolution * S // 10
@@ -53,25 +55,25 @@ def nods(config, ranges, revolutions=8):
         scan = Scan(now_ns, geometry, np.full(beams, ranges, np.float32))
         placed = place(at, scan.ranges, pitch)
         assembled = Assembled(scan, at, pitch, placed, [])
-        monitor.cover(assembled)
-        monitor.follow(assembled, None)
+        if monitor is not None:
+            monitor.add(assembled)
+        adaptive.add(assembled, None)
         controller.add_beams(now_ns, at, pitch, now_ns + S // 10)
-        controller.change(monitor.shape(), now_ns + S // 10)
-    return found, monitor
+        controller.change(adaptive.shape(), now_ns + S // 10)
+    return found, adaptive.shape(), monitor
 
 
-def assert_right(found, monitor, config):
+def assert_right(found, shape, monitor, config):
     for nod in found:
         assert config.pitch_min <= nod.pitch_min < nod.pitch_max <= config.pitch_max
         assert 0.0 < nod.sweep_duration < math.inf
         assert 1 <= nod.samples_per_sweep < 2**32
-    shape = monitor.shape()
     assert math.gcd(shape.samples_per_sweep, config.steps_per_revolution) == 1
     speed = (shape.pitch_max - shape.pitch_min) / (
         shape.samples_per_sweep * 0.1 / config.steps_per_revolution
     )
     assert speed <= config.max_nod_speed * (1 + 1e-9)
-    if config.coverage_window > 0.0:
+    if monitor is not None:
         covered = monitor.covered()
         assert 0.0 <= covered.seen <= 1.0
         assert 0.0 <= covered.least_repeats <= covered.repeats + 1e-12 <= 1.0

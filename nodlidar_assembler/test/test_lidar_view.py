@@ -9,10 +9,10 @@ from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, Scan
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.clouds.points import place
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
 from nodlidar_assembler.control.lidar_view import LidarView, nod_for, task_for
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.nod_controller import NodController
-from nodlidar_assembler.control.scene_monitor import SceneMonitor
 import numpy as np
 import pytest
 
@@ -159,7 +159,7 @@ def scans(geometry, nod_at, count):
 def test_coverage_is_that_of_plain_counting_with_the_beams_of_the_lidar(geometry):
     """Cells are counted from the angles of the message, without the task's own functions."""
     config = config_for(geometry)
-    monitor, controller = SceneMonitor(config), NodController(config)
+    monitor, controller = CoverageMonitor(config), NodController(config)
 
     def pitch_of(scan, beams):
         controller.add_scan(scan.geometry, scan.stamp_ns)
@@ -169,7 +169,7 @@ def test_coverage_is_that_of_plain_counting_with_the_beams_of_the_lidar(geometry
     cell = 2.0 * math.asin(0.05)
     for scan, beams, pitch in scans(geometry, pitch_of, 12):
         placed = place(beams, scan.ranges, pitch)
-        monitor.cover(Assembled(scan, beams, pitch, placed, []))
+        monitor.add(Assembled(scan, beams, pitch, placed, []))
         since = geometry.angle_increment * (np.arange(geometry.beams) % round(
             math.tau / geometry.angle_increment
         ))  # fmt: skip

@@ -6,6 +6,8 @@ import itertools
 import math
 
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.clouds.points import place
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.control.nod_shape import NodShape
@@ -229,3 +231,30 @@ def test_after_a_plan_the_nod_is_clocked_by_the_steps_that_it_is_coprime_with():
     steps = controller.view.config.steps_per_revolution
     assert math.gcd(nod.samples_per_sweep, steps) == 1
     assert nod.sweep_duration == pytest.approx(nod.samples_per_sweep * 0.1 / steps)
+
+
+def test_limits_follow_the_range_while_configured_until_the_clock_is_set():
+    """A wall is 2 m away in all directions."""
+    config = AssemblerConfig(samples_per_sweep=4001, adapt_limits=True)
+    controller = NodController(config)
+    fixed = controller.planned
+
+    def follow(number, step_ns=0):
+        begin_ns = BEGIN_NS + number * PERIOD_NS + step_ns
+        controller.add_scan(URG, begin_ns)
+        pitch = controller.command[0].pitch(begin_ns + BEAMS.offset_ns)
+        scan = Scan(begin_ns, URG, np.full(URG.beams, 2.0, np.float32))
+        seen = Assembled(scan, BEAMS, pitch, place(BEAMS, scan.ranges, pitch), [])
+        controller.follow_range(seen, None, begin_ns + LATER_NS)
+        return controller.shape
+
+    for number in range(30):
+        shape = follow(number)
+    assert shape.pitch_max < 0.5 < fixed.pitch_max
+    controller.shift(5 * PERIOD_NS)
+    assert follow(30, 5 * PERIOD_NS).pitch_max == fixed.pitch_max
+    for number in range(31, 60):
+        shape = follow(number, 5 * PERIOD_NS)
+    assert shape.pitch_max < 0.5
+    controller.let_limits_adapt(replace(config, adapt_limits=False))
+    assert follow(60, 5 * PERIOD_NS) == fixed

@@ -1,1 +1,1 @@
-"""The nod to command: phase lock, limits by the range ahead, sweeps for unseen cells. No ROS."""
+"""The nod, which NodController owns, and what it is chosen by. No ROS."""

@@ -1,12 +1,14 @@
-"""The nod to command: the planned one, or sweep by sweep the one for the unseen cells."""
+"""The nod to command, whatever it is chosen by."""
 
 from dataclasses import replace
 import math
 
+from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.geometry import Beams, revolution_time, ScanGeometry
+from nodlidar_assembler.clouds.pipeline import Assembled
+from nodlidar_assembler.control.adaptive_limits import AdaptiveLimits, AdaptiveLimitsConfig
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.control.lidar_view import LidarView
-from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.control.phase_lock import PhaseLock
 from nodlidar_assembler.control.takeover import Takeover
@@ -21,12 +23,13 @@ OVERLAP = 0.3
 
 
 class NodController:
-    """Keeps a nod of any shape phase-locked to the lidar.
+    """Owns the nod: selects what is commanded, and keeps it phase-locked to the lidar.
 
-    With nod_mode 'coprime' it is the planned nod for as long as its shape stays. With 'feedback'
-    every sweep is chosen for the unseen cells; with 'interlaced' slow sweeps up, of at most N_s,
-    lie between each other, and returns are fast. A new shape begins with the planned nod. A nod
-    that takes over is steady, whatever the mode, until it is given back.
+    Its limits are the planned ones, or follow the range ahead. With nod_mode 'coprime' it is the
+    same nod for as long as its shape stays. With 'feedback' every sweep is chosen for the unseen
+    cells; with 'interlaced' slow sweeps up, of at most N_s, lie between each other, and returns
+    are fast. A new shape begins with a steady nod. A nod that takes over is steady, whatever the
+    mode, until it is given back.
 
     Attributes
     ----------
@@ -34,11 +37,16 @@ class NodController:
         The planned nod, and the cells in the whole window, for the lidar that sends the scans.
     """
 
-    def __init__(self, config: NodConfig) -> None:
+    def __init__(self, config: AdaptiveLimitsConfig) -> None:
         self.view = LidarView(config)
         self._lock = PhaseLock(self.planned, config.steps_per_revolution)
         self._sweeps: ChosenSweeps | None = None
         self._takeover: Takeover | None = None
+        self.let_limits_adapt(config)
+
+    def let_limits_adapt(self, config: AdaptiveLimitsConfig) -> None:
+        """Let the limits follow the range from now on, or not, as configured."""
+        self._limits = AdaptiveLimits(config) if config.adapt_limits else None
 
     @property
     def planned(self) -> NodShape:
@@ -88,8 +96,10 @@ class NodController:
             self._restart(self.shape, lidar.begin_ns)
 
     def shift(self, step_ns: int) -> None:
-        """Continue as before after the clock was set by a step [ns]."""
+        """Continue as before after the clock was set by a step [ns]; adapted limits restart."""
         self._lock.shift(step_ns)
+        if self._limits is not None:
+            self._limits.restart()
         if self._sweeps is not None:
             self._sweeps.shift(step_ns)
         if self._takeover is not None:
@@ -129,6 +139,14 @@ class NodController:
         if self._takeover is not None:
             self._restart(self.planned, now_ns)
 
+    def follow_range(self, assembled: Assembled, odometry: Odometry | None, now_ns: int) -> bool:
+        """Take the limits for a scan, or the planned ones; return whether the nod is another."""
+        shape: NodShape | None = None
+        if self._limits is not None:
+            self._limits.add(assembled, odometry)
+            shape = self._limits.shape()
+        return self.change(shape or self.planned, now_ns)
+
     def change(self, shape: NodShape, now_ns: int) -> bool:
         """Apply a shape at an instant [ns]; return whether it is another one."""
         if shape == self.shape or self._takeover is not None:
@@ -136,12 +154,13 @@ class NodController:
         self._restart(shape, now_ns)
         return True
 
-    def plan(self, config: NodConfig, now_ns: int) -> None:
+    def plan(self, config: AdaptiveLimitsConfig, now_ns: int) -> None:
         """Continue with another planned nod from the pitch at an instant [ns].
 
         If another nod took over, the planned one counts when it is given back.
         """
         self.view.plan(config)
+        self.let_limits_adapt(config)
         self._lock.steps = self.view.config.steps_per_revolution
         if self._takeover is None:
             self._restart(self.planned, now_ns)

@@ -1,13 +1,13 @@
 """Observed coverage of the last seconds, on ~/coverage and in the diagnostics."""
 
-from collections.abc import Callable
 import math
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
 from nodlidar_assembler.control.observed_coverage import Covered
-from nodlidar_assembler.ros.nod_commander import NodCommander
+from nodlidar_assembler.ros.nod_publisher import NodPublisher
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_msgs.msg import Coverage
 from rclpy.node import Node
@@ -24,10 +24,13 @@ class CoverageReport:
         The assembler and its diagnostics.
     config
         Parameters of the assembler at start.
-    covered
-        Returns the observed coverage.
     nod
         Measures the duration of rounds, if the nod is commanded here.
+
+    Attributes
+    ----------
+    monitor
+        Takes the assembled scans.
     """
 
     def __init__(
@@ -35,15 +38,14 @@ class CoverageReport:
         node: Node,
         updater: Updater,
         config: AssemblerConfig,
-        covered: Callable[[], Covered],
-        nod: NodCommander | None,
+        nod: NodPublisher | None,
     ) -> None:
         self._clock = node.get_clock()
-        self._covered, self._nod = covered, nod
+        self.monitor, self._nod = CoverageMonitor(config), nod
         self._until_ns: int | None = None
         self._message = Coverage(window=config.coverage_window)
         self._message.header.frame_id = config.frame_id
-        self.plan(config)
+        self._message.cell = config.task.cell
         self._publisher = node.create_publisher(
             Coverage, '~/coverage', 10, qos_overriding_options=OVERRIDABLE
         )
@@ -51,10 +53,11 @@ class CoverageReport:
 
     def plan(self, config: AssemblerConfig) -> None:
         """Report for the cells of another planned nod."""
+        self.monitor.plan(config)
         self._message.cell = config.task.cell
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        covered = self._covered()
+        covered = self.monitor.covered()
         if covered.until_ns == self._until_ns:
             status.summary(DiagnosticStatus.STALE, 'no beams since the last report')
         else:

@@ -4,11 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 import sys
 
-from nodlidar_assembler.clouds.ego_motion import Odometry
-from nodlidar_assembler.clouds.pipeline import Assembled, Scan
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.scene_monitor import SceneMonitor
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.clock_watch import ClockWatch
 from nodlidar_assembler.ros.cloud_frames import CloudFrames
@@ -17,7 +15,7 @@ from nodlidar_assembler.ros.coverage_report import CoverageReport
 from nodlidar_assembler.ros.diagnosis import Diagnosis
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
 from nodlidar_assembler.ros.level_scan_publisher import LevelScanPublisher
-from nodlidar_assembler.ros.nod_commander import NodCommander
+from nodlidar_assembler.ros.nod_publisher import NodPublisher
 from nodlidar_assembler.ros.profile_change import ProfileChange
 from nodlidar_assembler.ros.region_action import RegionAction
 from nodlidar_assembler.ros.scan_service import ScanService
@@ -54,8 +52,7 @@ class Assembler(Node):
         self._clock_watch = ClockWatch(self, self._clock_was_set)
         self._nod = None
         if self.config.command_nod:
-            self._nod = NodCommander(self, self.config, self._clock_watch, self.survival)
-        self._scene_monitor = SceneMonitor(self.config)
+            self._nod = NodPublisher(self, self.config, self._clock_watch, self.survival)
         self._clouds = self.create_publisher(
             PointCloud2, 'points', 10, qos_overriding_options=OVERRIDABLE
         )
@@ -69,13 +66,7 @@ class Assembler(Node):
         self._region = RegionAction(self, self.config, self._nod, self._frame_id, self.survival)
         self._coverage: CoverageReport | None = None
         if self.config.coverage_window > 0.0:
-            self._coverage = CoverageReport(
-                self,
-                self.diagnosis.updater,
-                self.config,
-                self._scene_monitor.covered,
-                self._nod,
-            )
+            self._coverage = CoverageReport(self, self.diagnosis.updater, self.config, self._nod)
 
     def _subscribe(self) -> None:
         """Subscribe to scans and joint states, and to TF where the robot moves."""
@@ -158,7 +149,8 @@ class Assembler(Node):
         self.diagnosis.clock_was_set()
         if self.odometry is not None:
             self.odometry.restart()
-        self._scene_monitor.restart()
+        if self._coverage is not None:
+            self._coverage.monitor.restart()
         if self._level_scan is not None:
             self._level_scan.scanner.restart()
         if self._scan_service is not None:
@@ -174,7 +166,7 @@ class Assembler(Node):
             self._nod.follow_lidar(scan)
 
     def _publish(self, outcome: Outcome) -> None:
-        """Publish a scan's clouds, then choose the nod by coverage and range."""
+        """Publish a scan's clouds, then choose the nod by what it shows."""
         assembled = outcome.assembled
         if assembled is None:
             return
@@ -189,20 +181,13 @@ class Assembler(Node):
             self._scan_service.add(assembled)
         self._region.add(assembled)
         self.diagnosis.agreement.add(assembled)
-        self._adapt(assembled, outcome.odometry)
+        if self._coverage is not None:
+            self._coverage.monitor.add(assembled)
+        if self._nod is not None:
+            self._nod.adapt(assembled, outcome.odometry)
 
     def _frame_id(self, cloud: Points, in_odometry: bool) -> str:
         return self._frames.frame(cloud) if in_odometry else self.config.frame_id
-
-    def _adapt(self, assembled: Assembled, odometry: Odometry | None) -> None:
-        """Choose the nod by observed coverage and, with adapt_limits, by the range ahead."""
-        self._scene_monitor.cover(assembled)
-        shape = None
-        if self.config.adapt_limits:
-            self._scene_monitor.follow(assembled, odometry)
-            shape = self._scene_monitor.shape()
-        if self._nod is not None:
-            self._nod.adapt(shape, assembled)
 
     def _check_change(self, config: AssemblerConfig) -> None:
         """Raise ParameterError for new limits beyond the mount's: the servo would let go."""
@@ -214,15 +199,15 @@ class Assembler(Node):
 
     def _reconfigure(self, config: AssemblerConfig) -> None:
         before, self.config = self.config, config
-        if config.adapt_limits and not before.adapt_limits:
-            self._scene_monitor.restart_limits()
+        if self._nod is not None and config.adapt_limits != before.adapt_limits:
+            self._nod.controller.let_limits_adapt(config)
         if config != replace(before, adapt_limits=config.adapt_limits):
             self._plan()
         self._hear_odometry()
 
     def _plan(self) -> None:
         """Continue with another planned nod."""
-        for part in (self._scene_monitor, self._nod, self._coverage, self._region):
+        for part in (self._nod, self._coverage, self._region):
             if part is not None:
                 part.plan(self.config)
 

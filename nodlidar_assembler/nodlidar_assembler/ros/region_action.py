@@ -9,7 +9,7 @@ from nodlidar_assembler.control.region_plan import Region, region_plan, RegionEr
 from nodlidar_assembler.control.region_scan import RegionScan
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_assembler.ros.coverage_report import fill_coverage
-from nodlidar_assembler.ros.nod_commander import NodCommander
+from nodlidar_assembler.ros.nod_publisher import NodPublisher
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.ros.polled import PolledSubscription
 from nodlidar_common.ros.qos import SERVICE
@@ -50,7 +50,7 @@ class RegionAction:
         self,
         node: Node,
         config: AssemblerConfig,
-        nod: NodCommander | None,
+        nod: NodPublisher | None,
         frame_id: Callable[[Points, bool], str],
         survival: Survival,
     ) -> None:

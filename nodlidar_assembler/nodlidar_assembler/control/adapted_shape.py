@@ -1,4 +1,4 @@
-"""The nod for the present scene: limits from the median range, and the N_s to cover them.
+"""The shape of the nod for the range ahead: its limits, and the N_s to cover them.
 
 For the limits that the nod is moving to, the planner chooses the N_s near the planned one that
 sees the cells of the smallest object soonest, with a servo whose reversals scatter. The choice
@@ -53,8 +53,8 @@ def candidates(planned: int, fewest: int, steps_per_revolution: int) -> NDArray[
     return np.array(sorted(coprime, key=lambda n_s: abs(n_s - usual)), dtype=np.int64)
 
 
-class NodAdaptation:
-    """Shapes the nod by the limits that follow the range.
+class AdaptedShape:
+    """The limits that follow the range, with an N_s for them.
 
     Parameters
     ----------

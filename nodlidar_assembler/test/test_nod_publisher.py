@@ -3,7 +3,7 @@
 from log_messages import scan_message
 from message_fuzz import fed
 from node_bench import sensor_log, simulated
-from nodlidar_assembler.ros import nod_commander
+from nodlidar_assembler.ros import nod_publisher
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ SCAN = 0.1  # s, from one scan to the next
 def test_scans_take_commands_along_about_as_often_as_configured(monkeypatch, rate):
     now = [0]
     published, resets = [], []
-    monkeypatch.setattr(nod_commander, 'steady_ns', lambda: now[0])
+    monkeypatch.setattr(nod_publisher, 'steady_ns', lambda: now[0])
     scans = sensor_log(simulated(load_scene('wall', ideal=True), 4.0)).scans
     with fed(f'command_rate:={rate}') as running:
         nod = running.node._nod

@@ -2,6 +2,7 @@
 
 import math
 
+from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
@@ -22,8 +23,8 @@ from rclpy.node import Node
 _SOON, _LATE = 0.9, 1.5
 
 
-class NodCommander:
-    """The nod controller with its topic.
+class NodPublisher:
+    """The topic of the nod that NodController selects.
 
     Parameters
     ----------
@@ -109,10 +110,10 @@ class NodCommander:
         """Whether no scan has come for scan_timeout."""
         return steady_ns() - self._last_scan_ns > self._config.scan_timeout * NS_PER_S
 
-    def adapt(self, shape: NodShape | None, assembled: Assembled) -> None:
-        """Apply a shape, or the configured one, and the coverage of a scan to the nod."""
+    def adapt(self, assembled: Assembled, odometry: Odometry | None) -> None:
+        """Choose the nod by the range and the coverage that a scan shows."""
         now_ns = self.now_ns()
-        changed = self.controller.change(shape or self.controller.planned, now_ns)
+        changed = self.controller.follow_range(assembled, odometry, now_ns)
         try:
             chosen = self.controller.add_beams(
                 assembled.scan.stamp_ns, assembled.beams, assembled.pitch, now_ns

@@ -6,7 +6,7 @@ from time import thread_time
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nodlidar_assembler.control.nod_adaptation import BAND, candidates, MARGIN, NodAdaptation
+from nodlidar_assembler.control.adapted_shape import AdaptedShape, BAND, candidates, MARGIN
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits, PitchLimitsConfig
 from nodlidar_common.errors import ParameterError
@@ -45,7 +45,7 @@ def adaptation(config=WIDE, planned=4001, fastest=6.0, n_l=1024):
         max_nod_speed=fastest,
         timing_error=ERROR,
     )
-    return NodAdaptation(PitchLimits(config), nod, nod.task)
+    return AdaptedShape(PitchLimits(config), nod, nod.task)
 
 
 def approach(adapting, ranges, start_ns=START_NS, beam_period=BEAM):
@@ -166,7 +166,7 @@ def test_a_choice_hardly_delays_a_command():
 )
 def test_what_makes_no_nod_is_named(key, value):
     with pytest.raises(ParameterError, match=f"'{key}'"):
-        NodAdaptation(PitchLimits(WIDE), NodConfig(**{key: value}), Task())
+        AdaptedShape(PitchLimits(WIDE), NodConfig(**{key: value}), Task())
 
 
 @pytest.mark.parametrize('distance', [0.5, 2.0, 4.0, 9.0])

@@ -1,4 +1,4 @@
-"""Scans of the simulator in, limits and coverage out: as the node does it, in virtual time."""
+"""Scans of the simulator in, limits out: as the node does it, in virtual time."""
 
 from dataclasses import replace
 import math
@@ -8,10 +8,9 @@ from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, Scan
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.clouds.points import place
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_assembler.control.nod_adaptation import BAND
+from nodlidar_assembler.control.adapted_shape import BAND
+from nodlidar_assembler.control.adaptive_limits import AdaptiveLimits
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimitsConfig
-from nodlidar_assembler.control.scene_monitor import SceneMonitor
-from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
 from nodlidar_sim.simulation import simulate
@@ -53,34 +52,28 @@ def assembled(scan, beams, pitch):
     return Assembled(scan, beams, pitch, place(beams, scan.ranges, pitch), [])
 
 
-def add(monitor, scan, pitch, odometry=None):
-    added = assembled(scan, BEAMS, pitch)
-    monitor.cover(added)
-    monitor.follow(added, odometry)
+def add(adaptive, scan, pitch, odometry=None):
+    adaptive.add(assembled(scan, BEAMS, pitch), odometry)
 
 
 def test_a_wall_gives_the_limits_of_its_median_range():
-    monitor = SceneMonitor(AssemblerConfig(samples_per_sweep=4001))
-    assert monitor.shape() is None
+    adaptive = AdaptiveLimits(AssemblerConfig(samples_per_sweep=4001))
+    assert adaptive.shape() is None
     for scan, pitch in scans_of_a_wall(3.0):
-        add(monitor, scan, pitch)
-        shape = monitor.shape()
+        add(adaptive, scan, pitch)
+        shape = adaptive.shape()
     expected = limits_at(PitchLimitsConfig(), 2.0 / math.cos(math.radians(15.0)))
     assert (shape.pitch_min, shape.pitch_max) == pytest.approx(expected, abs=0.02)
     assert 4001 / BAND <= shape.samples_per_sweep <= 4001 * BAND
-    covered = monitor.covered()
-    assert covered.beams == 30 * 682
-    # The nod keeps off the outer third of the region.
-    assert 0.5 < covered.seen < 2.0 / 3.0 + 0.05
 
 
 def test_the_limits_of_a_tilted_sensor_follow_what_is_level():
     """A sensor that looks down by 0.2 rad has to nod higher by as much."""
     tilt = {'mount': Pose.from_xyzrpy((0.0, 0.0, 1.0, 0.0, 0.2, 0.0))}
-    monitor = SceneMonitor(AssemblerConfig(mount_tilt=(0.0, 0.2), pitch_max=0.8))
+    adaptive = AdaptiveLimits(AssemblerConfig(mount_tilt=(0.0, 0.2), pitch_max=0.8))
     for scan, pitch in scans_of_a_wall(3.0, **tilt):
-        add(monitor, scan, pitch)
-        shape = monitor.shape()
+        add(adaptive, scan, pitch)
+        shape = adaptive.shape()
     wide = PitchLimitsConfig(pitch_min=-1.0, pitch_max=1.0)
     low, high = limits_at(wide, 2.0 / math.cos(math.radians(15.0)))
     expected = max(low + 0.2, -0.6136), min(high + 0.2, 0.8)
@@ -97,13 +90,13 @@ def lags(odometry_ns, x=lambda t: SPEED * t, known=lambda t: True):
     They are compared with those of the distance then, the wall's 2 m ahead of where it begins;
     odometry is known up to odometry_ns from the scan's first beam, at the times at which it is.
     """
-    monitor, found = SceneMonitor(AssemblerConfig(limits_rate=20.0)), []
+    adaptive, found = AdaptiveLimits(AssemblerConfig(limits_rate=20.0)), []
     for scan, pitch in scans_of_a_wall(3.8, **DRIVE):
         odometry = None
         if odometry_ns is not None and known((scan.stamp_ns - START_NS) / 1e9):
             odometry = odometry_of(x, scan.stamp_ns + odometry_ns)
-        add(monitor, scan, pitch, odometry)
-        followed = 0.92 / math.tan(monitor.shape().pitch_max)
+        add(adaptive, scan, pitch, odometry)
+        followed = 0.92 / math.tan(adaptive.shape().pitch_max)
         now = (scan.stamp_ns + DELAY_NS - START_NS) / 1e9
         found.append((followed * math.cos(math.radians(15.0)) - (WALL - SPEED * now)) / SPEED)
     return np.array(found[15:])
@@ -134,53 +127,39 @@ def test_the_way_without_odometry_is_not_counted_when_it_comes_back():
 
 
 def test_when_time_goes_back_everything_starts_anew():
-    monitor = SceneMonitor(AssemblerConfig())
-    for scan, pitch in scans_of_a_wall(3.0) + scans_of_a_wall(1.0):
-        add(monitor, scan, pitch)
-        assert monitor.shape() is not None
-    assert monitor.covered().beams == 10 * 682
+    adaptive, anew = (AdaptiveLimits(AssemblerConfig()) for _ in range(2))
+    for scan, pitch in scans_of_a_wall(3.0):
+        add(adaptive, scan, pitch)
+        assert adaptive.shape() is not None
+    for scan, pitch in scans_of_a_wall(1.0):
+        add(adaptive, scan, pitch)
+        add(anew, scan, pitch)
+        assert adaptive.shape() == anew.shape()
 
 
 def test_a_scan_that_comes_twice_or_too_late_changes_no_limits():
     """They neither start anew nor go back in time."""
-    monitor, once = (SceneMonitor(AssemblerConfig()) for _ in range(2))
+    adaptive, once = (AdaptiveLimits(AssemblerConfig()) for _ in range(2))
     scans = scans_of_a_wall(2.0)
     for scan, pitch in scans:
         add(once, scan, pitch)
     for before, (scan, pitch) in zip([scans[0], *scans], scans, strict=False):
-        add(monitor, scan, pitch)
-        add(monitor, scan, pitch)
-        add(monitor, *before)
-    assert monitor.shape() == once.shape()
+        add(adaptive, scan, pitch)
+        add(adaptive, scan, pitch)
+        add(adaptive, *before)
+    assert adaptive.shape() == once.shape()
 
 
-def test_limits_that_set_out_anew_leave_what_was_covered():
-    monitor = SceneMonitor(AssemblerConfig())
-    for scan, pitch in scans_of_a_wall(2.0):
-        add(monitor, scan, pitch)
-    before = monitor.shape()
-    monitor.restart_limits()
-    assert monitor.covered().beams == 20 * 682
-    assert monitor.shape() != before
-
-
-def test_without_a_window_coverage_is_not_kept_and_limits_are_the_same():
-    kept, unkept = (SceneMonitor(AssemblerConfig(coverage_window=w)) for w in (10.0, 0.0))
-    for scan, pitch in scans_of_a_wall(1.0):
-        for monitor in (kept, unkept):
-            add(monitor, scan, pitch)
-        assert unkept.shape() == kept.shape()
-    with pytest.raises(ParameterError, match="'coverage_window'"):
-        unkept.covered()
-
-
-def test_a_scan_that_begins_just_before_the_last_ones_end_is_kept():
-    monitor = SceneMonitor(AssemblerConfig())
-    [(scan, pitch)] = scans_of_a_wall(0.1)
-    add(monitor, scan, pitch)
-    closely = replace(scan, stamp_ns=scan.end_ns - 1000)
-    add(monitor, closely, pitch)
-    assert monitor.covered().beams == 2 * 682
+def test_after_a_restart_limits_are_the_configured_ones():
+    adaptive, scans = AdaptiveLimits(AssemblerConfig()), scans_of_a_wall(2.0)
+    for scan, pitch in scans[:-1]:
+        add(adaptive, scan, pitch)
+        shape = adaptive.shape()
+    assert shape.pitch_max < 0.5
+    adaptive.restart()
+    add(adaptive, *scans[-1])
+    shape = adaptive.shape()
+    assert (shape.pitch_min, shape.pitch_max) == (-0.6136, 0.6136)
 
 
 def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
@@ -196,8 +175,9 @@ def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
         )
         thinned = Scan(scan.stamp_ns, geometry, scan.ranges[::thinning])
         # At 0.5 rad/s the span takes more than the planned N_s.
-        monitor = SceneMonitor(AssemblerConfig(samples_per_sweep=4001, max_nod_speed=0.5))
-        monitor.cover(assembled(thinned, Beams(geometry, REFERENCE_LASER_POSE), pitch[::thinning]))
-        shapes.append(monitor.shape())
+        adaptive = AdaptiveLimits(AssemblerConfig(samples_per_sweep=4001, max_nod_speed=0.5))
+        beams = Beams(geometry, REFERENCE_LASER_POSE)
+        adaptive.add(assembled(thinned, beams, pitch[::thinning]), None)
+        shapes.append(adaptive.shape())
     assert shapes[0].samples_per_sweep > BAND * 4001
     assert shapes[1].samples_per_sweep == shapes[0].samples_per_sweep
