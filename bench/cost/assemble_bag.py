@@ -11,8 +11,8 @@ import sys
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from nodlidar_assembler.bags.bag_assembly import BagAssembly
 from nodlidar_assembler.bags.bag_clouds import write_clouds
+from nodlidar_assembler.bags.bag_replay import BagReplay
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
 from nodlidar_assembler.bags.bag_types import Topics
@@ -142,11 +142,9 @@ def _assemble(bag: Path, config: AssemblerConfig) -> None:
     with BagSource(bag) as source:
         static = (each.message for each in source.messages({'/tf_static': TF}))
         tf = BagTf(config.odom_frame, config.frame_id, static)
-        assembly = BagAssembly(
-            config, lambda *cloud: None, None if config.ego_motion == 'off' else tf
-        )
+        replay = BagReplay(config, lambda *cloud: None, None if config.ego_motion == 'off' else tf)
         for recorded in source.messages(wanted):
-            assembly.add(recorded)
+            replay.add(recorded)
 
 
 def peak_memory(bag: Path, output: Path) -> float:

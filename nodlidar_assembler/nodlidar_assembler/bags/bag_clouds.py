@@ -8,7 +8,7 @@ from pathlib import Path
 import time
 from typing import Protocol
 
-from nodlidar_assembler.bags.bag_assembly import BagAssembly, PublishLevel
+from nodlidar_assembler.bags.bag_replay import BagReplay, PublishLevel
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import tf_in
 from nodlidar_assembler.bags.bag_types import BagError, Topics
@@ -94,17 +94,17 @@ def write_clouds(
         first_ns, last_ns = source.span_ns
         replaced = [f"'{path}' existed and was replaced"] if path.exists() else []
         with open_output(path, config) as file:
-            assembly = BagAssembly(config, file.write, tf, _level_output(file, config))
+            replay = BagReplay(config, file.write, tf, _level_output(file, config))
             for k, recorded in enumerate(source.messages(wanted)):
-                assembly.add(recorded)
+                replay.add(recorded)
                 if not k % _MESSAGES_BETWEEN:
                     on_progress(recorded.time_ns, first_ns, last_ns)
-            assembly.finish()
-            _check_result(source, assembly)
-        scatter = assembly.assembler.joint.scatter.warning
+            replay.finish()
+            _check_result(source, replay)
+        scatter = replay.assembler.joint.scatter.warning
         notes = [*source.damage, *replaced, *_left_out(path, config), *filter(None, [scatter])]
     seconds = time.perf_counter() - begin
-    return Summary(assembly.counts, assembly.assembler, first_ns, last_ns, seconds, notes)
+    return Summary(replay.counts, replay.assembler, first_ns, last_ns, seconds, notes)
 
 
 def _level_output(file: Output, config: AssemblerConfig) -> PublishLevel | None:
@@ -128,12 +128,12 @@ def _with_damage(source: BagSource) -> Iterator[None]:
         raise BagError('; '.join([str(error), *source.damage])) from error
 
 
-def _check_result(source: BagSource, assembly: BagAssembly) -> None:
-    scans = assembly.counts['scans']
+def _check_result(source: BagSource, replay: BagReplay) -> None:
+    scans = replay.counts['scans']
     if not scans:
         raise BagError(f"'{source.path}' has no scan")
-    if not assembly.counts['clouds']:
-        assembler = assembly.assembler
+    if not replay.counts['clouds']:
+        assembler = replay.assembler
         reasons = ', '.join(f'{n} {reason}' for reason, n in assembler.drops.items())
         missing = f' ({assembler.missing_input})' if assembler.missing_input else ''
         why = f'{reasons}{missing}' if reasons else 'none has a measurement'

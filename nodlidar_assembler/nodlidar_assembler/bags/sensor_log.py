@@ -1,4 +1,4 @@
-"""A recorded sensor, from a bag or from the simulator, and its assembly offline."""
+"""A whole recording, of a bag or of the simulator, and its clouds: no message is late."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -49,7 +49,7 @@ class SensorLog:
 def outcomes(log: SensorLog, config: PipelineConfig) -> Iterator[Outcome]:
     """Yield what becomes of each scan of a log.
 
-    All samples are known, however late they came; a ScanAssembler waits for them.
+    All samples are known, however late they came; a BagReplay waits for them as the node does.
     """
     pipeline = Pipeline(config)
     margin_ns = pipeline.estimator.margin_ns

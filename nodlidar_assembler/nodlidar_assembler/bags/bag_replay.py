@@ -1,4 +1,4 @@
-"""The assembly of the node, fed from a bag."""
+"""The assembly of the node, fed with the messages of a bag: what was late there is late here."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -27,7 +27,7 @@ Publish = Callable[[Points, str, int], None]
 PublishLevel = Callable[[LevelScan, float, int], None]
 
 
-class BagAssembly:
+class BagReplay:
     """Assembles recorded messages into the same clouds as the node, with the same drops.
 
     Its clock is the time at which messages were recorded.
