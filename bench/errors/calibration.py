@@ -10,7 +10,7 @@ import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import MeasuredBeams, Values
-from nodlidar_assembler.calibration.calibrate import (
+from nodlidar_assembler.calibration.calibration import (
     calibrate,
     Calibration,
     NAMES,

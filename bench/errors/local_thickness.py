@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_assembler.calibration.beam_model import ends_of, MeasuredBeams, Values
-from nodlidar_assembler.calibration.calibrate import calibrate, coarse_delay
+from nodlidar_assembler.calibration.calibration import calibrate, coarse_delay
 from nodlidar_assembler.calibration.plane_search import patches
 from nodlidar_assembler.calibration.plane_system import BEFORE
 from nodlidar_assembler.commands.calibrate import ROWS

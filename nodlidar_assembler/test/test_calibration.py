@@ -4,7 +4,7 @@ from dataclasses import replace
 import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.calibration import calibrate as module
+from nodlidar_assembler.calibration import calibration as module
 from nodlidar_assembler.calibration.beam_model import (
     CalibrationError,
     Ends,
@@ -12,7 +12,7 @@ from nodlidar_assembler.calibration.beam_model import (
     MeasuredBeams,
     Values,
 )
-from nodlidar_assembler.calibration.calibrate import calibrate, GATES, NAMES, OPTIONAL
+from nodlidar_assembler.calibration.calibration import calibrate, GATES, NAMES, OPTIONAL
 from nodlidar_assembler.calibration.plane_search import find_planes, Gate, Plane
 from nodlidar_assembler.calibration.plane_system import PlaneSystem, Solution
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig, ScanGeometry

@@ -12,7 +12,7 @@ import sys
 
 from nodlidar_assembler.bags.bag_options import add_topics, configuration, topics_of
 from nodlidar_assembler.calibration.beam_model import MeasuredBeams
-from nodlidar_assembler.calibration.calibrate import calibrate, Calibration, NAMES, OPTIONAL
+from nodlidar_assembler.calibration.calibration import calibrate, Calibration, NAMES, OPTIONAL
 from nodlidar_assembler.calibration.recorded import (
     log_of_bag,
     parameters,
