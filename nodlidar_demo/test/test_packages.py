@@ -11,6 +11,7 @@ import pytest
 WORKSPACE = Path(__file__).parents[2]
 PACKAGES = sorted(path.parent for path in WORKSPACE.glob('nodlidar_*/package.xml'))
 IMPORT = re.compile(r'^ *(?:from|import) (nodlidar_\w+)', re.MULTILINE)
+SCRIPT = re.compile(r"'(\w+) = ([\w.:]+)'")
 
 of_every_package = pytest.mark.parametrize('folder', PACKAGES, ids=lambda folder: folder.name)
 
@@ -46,6 +47,19 @@ def test_a_package_names_the_packages_of_the_workspace_that_its_files_import(fol
     here = {name for path in folder.rglob('*.py') for name in IMPORT.findall(path.read_text())}
     named = {depend.name for depend in [*package.exec_depends, *package.test_depends]}
     assert here - {folder.name} <= named
+
+
+@of_every_package
+def test_each_command_is_the_module_of_its_name(folder):
+    """What `ros2 run` calls is a node in ros/, or main of that module in commands/."""
+    setup = folder / 'setup.py'
+    scripts = SCRIPT.findall(setup.read_text()) if setup.exists() else []
+    started = {name for name, where in scripts if not where.startswith(f'{folder.name}.ros.')}
+    modules = (folder / folder.name / 'commands').glob('*.py')
+    commands = {path.stem for path in modules if 'def main(' in path.read_text()}
+    assert started == commands
+    entry_point = f'{folder.name}.commands.entry_points'
+    assert {(name, f'{entry_point}:{name}') for name in started} <= set(scripts)
 
 
 def test_a_robot_without_a_screen_needs_no_rviz():
