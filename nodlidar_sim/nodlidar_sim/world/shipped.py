@@ -1,5 +1,6 @@
 """The YAML files of the package, by name, and others by their path."""
 
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -32,7 +33,12 @@ def find(folder: str, name_or_path: str | Path) -> Section | None:
     """
     if str(name_or_path) in names(folder):
         name = f'{name_or_path}{_SUFFIX}'
-        file = resources.files('nodlidar_sim').joinpath(folder) / name
-        return Section(parse_yaml(file.read_text(encoding='utf-8'), name), name)
+        return Section(_content(folder, name), name)
     path = Path(name_or_path)
     return Section(read_yaml(path), path.name) if path.suffix == _SUFFIX else None
+
+
+@cache  # to read a scene takes as long as to build it; a Section never changes its content
+def _content(folder: str, name: str) -> object:
+    file = resources.files('nodlidar_sim').joinpath(folder) / name
+    return parse_yaml(file.read_text(encoding='utf-8'), name)
