@@ -1,6 +1,7 @@
 """Imports go one way: between packages, between the folders of a package, and not upwards."""
 
 import ast
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -16,6 +17,7 @@ UPWARD = {
 }
 
 
+@cache
 def imported(path):
     """Return the dotted names that a module imports."""
     nodes = list(ast.walk(ast.parse(path.read_text())))
