@@ -5,10 +5,9 @@ from contextlib import suppress
 import math
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.clouds.pitch import beam_pitch, PitchError
+from nodlidar_assembler.clouds.pitch import beam_pitch, PitchError, SplineError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
-from nodlidar_assembler.clouds.spline_fit import SplineError
 from nodlidar_common.nod import Nod
 from nodlidar_sim.world.nod_motion import triangle_motion
 import numpy as np

@@ -5,7 +5,7 @@ by the linearly interpolated angle (Shoemake 1985: ``q(u) = q0 (q0^-1 q1)^u``, a
 rotation scales its angle), so interpolating the angle is SLERP exactly, without trigonometry.
 """
 
-from nodlidar_common.errors import ScanError
+from nodlidar_common.errors import NodlidarError, ScanError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,10 @@ _LEAST_LEAP = 0.05
 
 class PitchError(ScanError):
     """The joint samples do not determine the pitch of a scan's beams."""
+
+
+class SplineError(NodlidarError):
+    """The joint samples do not determine a spline."""
 
 
 def ordered_samples(

@@ -9,10 +9,9 @@ from nodlidar_assembler.clouds.pitch import (
     ordered_samples,
     PitchError,
     require_no_jump,
+    SplineError,
 )
-from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
 from nodlidar_assembler.clouds.recent_samples import RecentSamples
-from nodlidar_assembler.clouds.spline_fit import SplineError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 import numpy as np
@@ -58,7 +57,12 @@ class PitchEstimator:
     """
 
     def __init__(self, config: EstimatorConfig) -> None:
-        self._smoother = PitchSmoother() if config.estimator == 'trajectory' else None
+        self._smoother = None
+        if config.estimator == 'trajectory':
+            # Imported here: SciPy is a fifth of the start of a node, and no other needs it.
+            from nodlidar_assembler.clouds.pitch_smoother import PitchSmoother
+
+            self._smoother = PitchSmoother()
         self._interpolation = 'slerp' if self._smoother else config.estimator
         self._max_joint_gap = config.max_joint_gap
         self.margin_ns = round(config.smoothing_margin * NS_PER_S) if self._smoother else 0

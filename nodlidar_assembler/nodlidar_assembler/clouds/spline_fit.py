@@ -10,7 +10,7 @@ legs become smooth and reversals sharp, without any assumption about the shape o
 from functools import lru_cache
 from typing import NamedTuple
 
-from nodlidar_common.errors import NodlidarError
+from nodlidar_assembler.clouds.pitch import SplineError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
@@ -31,10 +31,6 @@ CACHED = 64  # lengths of windows, which differ by the gaps between samples
 # Four basis functions, as polynomials of the share of an interval.
 _BASIS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
 _FOUR = np.arange(4)[:, None]
-
-
-class SplineError(NodlidarError):
-    """The joint samples do not determine a spline."""
 
 
 class Splines(NamedTuple):
