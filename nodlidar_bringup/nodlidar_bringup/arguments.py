@@ -18,8 +18,6 @@ from nodlidar_common.parameters import check_ranges, limits_of, misspelt
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_driver.config import DriverConfig
-from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.output.saved_map import KEYFRAMES
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
@@ -38,11 +36,10 @@ _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
 _FASTEST = 1000.0  # [Hz], of robot_state_publisher, which counts in milliseconds
 # Moves the transforms into the namespace of a node, as nav2 does for several robots.
 OWN_TF = ('--ros-args', '-r', '/tf:=tf', '-r', '/tf_static:=tf_static')
-# The servo's file is for one of two nodes: see servo_config.
+# The servo's file is for one of two nodes: see servo_config. The mapper's: see _configuration.
 _CONFIGURATIONS: dict[str, type[Any]] = {
     'driver': DriverConfig,
     'assembler': AssemblerConfig,
-    'mapper': MapperConfig,
     'viewer': ViewerConfig,
 }
 _LIMITS = {each.name: limits_of(each) for each in fields(AssemblerConfig)}
@@ -115,6 +112,8 @@ def expand(values: MutableMapping[str, str]) -> None:
 
 def check_mapping(values: Mapping[str, str]) -> None:
     """Raise ParameterError if the map is missing, or the clouds are no deskewed sweeps."""
+    from nodlidar_mapper.output.saved_map import KEYFRAMES  # see _configuration
+
     folder = values['map']
     if folder and not os.path.isfile(os.path.join(folder, KEYFRAMES)):
         raise ParameterError('map', f"the folder of a saved map, with '{KEYFRAMES}'", folder)
@@ -296,9 +295,9 @@ def check_parameter_file(name: str, path: str, namespace: str) -> None:
     full = full_name(namespace, node)
     if node != name and not sections(full, file):
         print(f"'{path}' sets nothing: it has no section '/**' or '{full}'", file=sys.stderr)
-    if node not in _CONFIGURATIONS:
+    config_class = _configuration(node)
+    if config_class is None:
         return
-    config_class = _CONFIGURATIONS[node]
     try:
         values = file_values([path], full, config_class)
         check_ranges(config_class, values)
@@ -308,6 +307,16 @@ def check_parameter_file(name: str, path: str, namespace: str) -> None:
         raise
     except ParameterError as error:
         raise YamlError(path, str(error)) from error
+
+
+def _configuration(node: str) -> type[Any] | None:
+    """Return the class of the parameters of a node; None for those of others."""
+    if node != 'mapper':
+        return _CONFIGURATIONS.get(node)
+    # Imported here: with SciPy, the mapper takes a third of the start of a launch.
+    from nodlidar_mapper.config import MapperConfig
+
+    return MapperConfig
 
 
 def check_assembler(
