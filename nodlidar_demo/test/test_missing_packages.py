@@ -22,6 +22,7 @@ sys.exit(getattr(entry_points, command)(['a.mcap', 'b.ply'] if 'bag' in command 
         ('nodlidar_assembler', 'calibrate', 'transforms3d'),
         ('nodlidar_planner', 'plan_scan', 'rich'),
         ('nodlidar_demo', 'demo', 'rosbags'),
+        ('nodlidar_mapper', 'map_bag', 'matplotlib'),
         ('nodlidar_driver', 'probe', 'numpy'),
         ('nodlidar_servo', 'setup', 'numpy'),
     ],

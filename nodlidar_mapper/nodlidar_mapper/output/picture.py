@@ -1,11 +1,14 @@
 """A picture of a map: its grid and the path."""
 
+from importlib.util import find_spec
 from pathlib import Path
 
-from matplotlib.figure import Figure
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.output.grid import FREE, Grid, OCCUPIED
 import numpy as np
+
+if find_spec('matplotlib') is None:  # said before a drive is mapped, not after it
+    raise ModuleNotFoundError("No module named 'matplotlib'", name='matplotlib')
 
 COLOURS = {FREE: 1.0, OCCUPIED: 0.0}
 UNKNOWN_COLOUR = 0.8
@@ -14,6 +17,9 @@ SIZE, MARGIN, LEAST = 8.0, 0.6, 3.0  # longer side of the map, labels, whole pic
 
 def write_picture(path: Path, grid: Grid, poses: Array) -> None:
     """Draw a grid and the poses (n, 4, 4) of a path in it."""
+    # Imported here, since it takes as long as all other modules of the node.
+    from matplotlib.figure import Figure
+
     shade = np.full(grid.cells.shape, UNKNOWN_COLOUR)
     for value, colour in COLOURS.items():
         shade[grid.cells == value] = colour
