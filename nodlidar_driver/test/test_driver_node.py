@@ -13,6 +13,7 @@ from driver_listener import listening, options, SUCCESS, TIMEOUT
 from lidar_rig import before, FULL, room, Truth
 from nodlidar_common.host_time import HostTime, SteadyTime
 from nodlidar_common.ros.executor import Executor
+from nodlidar_common.ros.node import run
 from nodlidar_common.serial_port import open_port
 from nodlidar_common.stamps import time_ns
 from nodlidar_driver.ros import lidar_node, scip_node
@@ -225,19 +226,23 @@ def start(parameters, namespace=''):
     )
 
 
+def test_a_wrong_parameter_ends_the_program_with_a_sentence():
+    process = start({'skip': 'often'})
+    _, errors = process.communicate(timeout=TIMEOUT)
+    assert process.returncode == 2
+    assert "'skip' must be of type int, but is 'often'" in errors
+
+
 @pytest.mark.parametrize(
     ('parameters', 'words'),
     [
-        ({'skip': 'often'}, "'skip' must be of type int, but is 'often'"),
         ({'angle_min': -3.2}, "'angle_min' must be between -3.1416 and 3.1416 rad, but is -3.2"),
         ({'angle_min': 1.0, 'angle_max': 0.5}, "'angle_max' must be above angle_min = 1.0"),
     ],
 )
-def test_a_wrong_parameter_ends_the_program_with_its_limits(parameters, words):
-    process = start(parameters)
-    _, errors = process.communicate(timeout=TIMEOUT)
-    assert process.returncode == 2
-    assert words in errors
+def test_other_wrong_parameters_are_named_with_their_limits(parameters, words, capsys):
+    assert run(scip_node.DriverNode, options(parameters)) == 2
+    assert words in capsys.readouterr().err
 
 
 class Hearer:

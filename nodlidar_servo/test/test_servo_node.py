@@ -13,8 +13,10 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from nodlidar_common.nod import Nod
 from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import nod_to_message
+from nodlidar_common.ros.node import run
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
+from nodlidar_servo.ros.node import ServoNode
 from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices.rx_motor import TICK
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
@@ -353,18 +355,24 @@ def test_a_second_instance_on_the_same_port_says_so_and_does_not_disturb(command
             commander.receive(50)
 
 
+def test_a_wrong_parameter_ends_the_program_with_a_sentence():
+    process = start('baud_rate:=fast')
+    _, log = process.communicate(timeout=TIMEOUT)
+    assert process.returncode == 2
+    assert "'baud_rate' must be of type int, but is 'fast'" in log
+    assert 'Traceback' not in log
+
+
 @pytest.mark.parametrize(
     ('parameter', 'words'),
     [
-        ('baud_rate:=fast', "'baud_rate' must be of type int, but is 'fast'"),
         ('model:=XL-320', "'model' must be one of RX-24F, RX-28, RX-64, AX-12A"),
         ('pitch_upper_limit:=-0.9', "'pitch_upper_limit' must be above pitch_lower_limit"),
         ('feedback_rate:=1e6', "'feedback_rate' must be between"),
     ],
 )
-def test_a_wrong_parameter_ends_the_node_with_a_sentence(parameter, words):
-    process = start(parameter)
-    _, log = process.communicate(timeout=TIMEOUT)
-    assert process.returncode == 2
-    assert words in log
-    assert 'Traceback' not in log
+def test_other_wrong_parameters_are_named_with_their_limits(parameter, words, capsys):
+    assert run(ServoNode, ['--ros-args', '-p', parameter]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert 'Traceback' not in error
