@@ -55,7 +55,7 @@ def hall(rng: np.random.Generator) -> tuple[Array, Walls, Things]:
     walls = list(pairwise([*corners, corners[0]]))
     places = rng.uniform(0.5, size - 0.5, (80, 2))
     away = [place for place in places if _distance(place, way) > 1.2]
-    return way, walls, [_thing(rng, place) for place in away]
+    return way, walls, [thing(rng, place) for place in away]
 
 
 KINDS: dict[str, Callable[..., tuple[Array, Walls, Things]]] = {
@@ -68,6 +68,13 @@ KINDS: dict[str, Callable[..., tuple[Array, Walls, Things]]] = {
 def drawn(kind: str, seed: int, speed: float) -> Scene:
     """Return a building with a drive around it, LAPS times."""
     corners, walls, things = KINDS[kind](np.random.default_rng(seed))
+    start, legs = _drive(corners, speed)
+    scene = built([box(*wall) for wall in walls], things, f'{kind} {seed}')
+    return replace(scene, base_start=start, base_legs=legs)
+
+
+def built(walls: Things, things: Things, name: str) -> Scene:
+    """Return a scene with a floor and a ceiling, and with the devices of the drives."""
     planes = [
         {'plane': {'point': [0.0, 0.0, z], 'normal': [0.0, 0.0, up]}}
         for z, up in ((0.0, 1.0), (HEIGHT, -1.0))
@@ -78,13 +85,11 @@ def drawn(kind: str, seed: int, speed: float) -> Scene:
         'effects': ODOMETRY,
         'objects': {
             'floor_and_ceiling': {'shapes': planes},
-            'walls': {'shapes': [_box(*wall) for wall in walls]},
+            'walls': {'shapes': walls},
             'furniture': {'brightness': 0.4, 'shapes': things},
         },
     }
-    scene = parse_scene(yaml.safe_dump(content), f'{kind} {seed}')
-    start, legs = _drive(corners, speed)
-    return replace(scene, base_start=start, base_legs=legs)
+    return parse_scene(yaml.safe_dump(content), name)
 
 
 def results() -> list[Row]:
@@ -164,17 +169,17 @@ def _side(
         left, right = door, begin
         if depth > 1.0:
             left, right = door - rng.uniform(0.3, 1.2), begin + rng.uniform(0.3, 1.2)
-            things.append(_thing(rng, at(rng.uniform(left, right), depth - 0.3)))
+            things.append(thing(rng, at(rng.uniform(left, right), depth - 0.3)))
         outline = [(left, 0.1), (left, depth), (right, depth), (right, 0.1)]
         walls += pairwise([at(*place) for place in outline])
         if rng.random() < 0.5:
-            things.append(_thing(rng, at(begin + 0.6, -0.1)))
+            things.append(thing(rng, at(begin + 0.6, -0.1)))
         door = begin + float(rng.uniform(3.0, 7.0))
     walls.append((at(begin, 0.0), at(length, 0.0)))
     return walls, things
 
 
-def _thing(rng: np.random.Generator, place: Array) -> dict[str, object]:
+def thing(rng: np.random.Generator, place: Array) -> dict[str, object]:
     """Return a cupboard, a table or a pillar."""
     x, y = (round(float(value), 3) for value in place)
     height = round(float(rng.uniform(0.5, 2.2)), 3)
@@ -186,7 +191,8 @@ def _thing(rng: np.random.Generator, place: Array) -> dict[str, object]:
     return {'box': {'pose': pose, 'size': [*size, height]}}
 
 
-def _box(start: Array, end: Array) -> dict[str, object]:
+def box(start: Array, end: Array) -> dict[str, object]:
+    """Return a wall."""
     x, y = (float(value) for value in (start + end) / 2.0)
     across, up = (float(value) for value in end - start)
     length = float(np.hypot(across, up)) + THICKNESS
