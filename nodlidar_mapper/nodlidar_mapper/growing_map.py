@@ -67,6 +67,10 @@ class GrowingMap:
         """The keyframes around."""
         return [self.keyframes[i] for i in self._near]
 
+    def seen_around(self) -> Seen:
+        """Return what the keyframes around have seen, in the frame of the map."""
+        return Seen.joined([each.seen for each in self.near])
+
     def go_to(self, pose: Array) -> None:
         """Continue at a pose that no way leads to."""
         self._recent.clear()

@@ -12,6 +12,7 @@ from nodlidar_mapper.geometry.linear import inverted
 from nodlidar_mapper.geometry.poses import Array, carried, inverse, lever, moved
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
+from nodlidar_mapper.graph.loops import THINNER
 from nodlidar_mapper.graph.pose_graph import Edge
 from nodlidar_mapper.growing_map import GrowingMap
 from nodlidar_mapper.recovery.place_search import ALIKE, clear_share
@@ -61,6 +62,8 @@ class Mapper:
         Parameters.
     keyframes, edges
         Of a map to be continued, in which the robot may be anywhere; by default, a new one begins.
+    searches
+        Whether a robot that is lost is searched for.
 
     Attributes
     ----------
@@ -78,6 +81,7 @@ class Mapper:
         config: MapConfig,
         keyframes: Sequence[Keyframe] = (),
         edges: Sequence[Edge] = (),
+        searches: bool = True,
     ) -> None:
         if not keyframes and not config.extend_map:
             raise ParameterError('extend_map', 'true without a map (map_folder)', False)
@@ -90,6 +94,8 @@ class Mapper:
         self._usual_share = 0.0  # mean share of these
         self._map_from_odometry: Array | None = None  # the last good one
         self._recovery = Recovery(config, anywhere=bool(keyframes))
+        self._searches = searches
+        self._since_lost: Mapper | None = None  # maps anew while the robot is lost
         # None once they were mapped again, or if there is nothing to begin.
         self._first: list[tuple[_Cloud, Estimate]] | None = None if keyframes else []
         self._again: dict[Estimate, Estimate] = {}  # of the first clouds
@@ -136,11 +142,7 @@ class Mapper:
             which errors of odometry are taken out of the deskewing.
         """
         mount = np.eye(4) if mount is None else mount
-        cloud = _Cloud(stamp_ns, points, odometry, mount, age)
-        estimate = self._added(cloud)
-        if self._first is not None and len(self.map.around.points) >= LEAST_SURFACE:
-            self._first.append((cloud, estimate))
-        return estimate
+        return self._add(_Cloud(stamp_ns, points, odometry, mount, age))
 
     def place(self, pose: Array, stamp_ns: int, odometry: Array, covariance: Array) -> None:
         """Continue at a given pose, as a person sets it.
@@ -158,6 +160,7 @@ class Mapper:
         self._track.covariance = covariance
         self.map.go_to(pose)
         self._recovery.forget()
+        self._since_lost = None
         self._was_placed = True
 
     def poses_of(self, estimates: Sequence[Estimate]) -> Array:
@@ -170,6 +173,12 @@ class Mapper:
         """Return where the robot was when clouds were taken, see `poses_of`."""
         robots = np.stack([each.robot for each in estimates])
         return np.asarray(self.poses_of(estimates) @ robots)
+
+    def _add(self, cloud: _Cloud) -> Estimate:
+        estimate = self._added(cloud)
+        if self._first is not None and len(self.map.around.points) >= LEAST_SURFACE:
+            self._first.append((cloud, estimate))
+        return estimate
 
     def _added(self, cloud: _Cloud) -> Estimate:
         """Predict, match, check, search and extend, in the order of docs/mapping.md."""
@@ -186,12 +195,13 @@ class Mapper:
         lost = self._lost(found, seen)
         if not lost:
             self._was_placed = False
+            self._since_lost = None
             of_robot = lever(way).T @ found.information @ lever(way)
             self._track.learn(found.pose @ robot, of_robot, found.prior_weight)
         elif lost != NO_MAP and self._first is not None:
             self._begin_anew()
             lost = NO_MAP
-        elif lost != NO_MAP:
+        elif lost != NO_MAP and self._searches:
             found, lost = self._searched(cloud, seen, guess, covariance, found, lost)
         if self._first is not None and len(self._first) == FIRST - 1:
             return self._begun_again(self._first, cloud)
@@ -335,7 +345,9 @@ class Mapper:
         here = Guess(guess, covariance, bool(self._track.jump), self._track.paused)
         if self._recovery.is_beyond(seen, here, failed, self.keyframes):
             return Match.none(guess, len(seen.points)), ''
-        found = self._recovery.search(seen, here, cloud.odometry, self.keyframes)
+        around = Seen.joined([seen, self._seen_since_lost(cloud)])
+        around = around.thinned(THINNER * self._config.point_spacing)
+        found = self._recovery.search(around, here, cloud.odometry, self.keyframes)
         if isinstance(found, str):
             return failed, '; '.join(filter(None, [self._track.jump, lost, found]))
         robot = found.pose @ inverse(cloud.mount)
@@ -343,6 +355,19 @@ class Mapper:
         self.place(robot, *cloud.robot, of_robot)
         self._was_placed = False
         return found, ''
+
+    def _seen_since_lost(self, cloud: _Cloud) -> Seen:
+        """Map anew since the robot was lost; return what is around it, in the cloud's frame.
+
+        A single cloud fits wherever a room looks alike. If it does not fit the new map, odometry
+        went wrong meanwhile, or the robot was carried, and that map begins again.
+        """
+        estimate = None if self._since_lost is None else self._since_lost._add(cloud)
+        if self._since_lost is None or estimate is None or estimate.lost not in ('', NO_MAP):
+            self._since_lost = Mapper(replace(self._config, extend_map=True), searches=False)
+            estimate = self._since_lost._add(cloud)
+        pose = self._since_lost.poses_of([estimate])[0]
+        return self._since_lost.map.seen_around().moved(inverse(pose))
 
 
 def _cost(matched: tuple[Match, Seen]) -> float:

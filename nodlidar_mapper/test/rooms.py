@@ -1,4 +1,4 @@
-"""Clouds of convex rooms, all of whose walls can be seen from anywhere in them."""
+"""Clouds of rooms. Of convex ones, all walls can be seen from anywhere in them."""
 
 from nodlidar_mapper.geometry.poses import inverse, moved
 from nodlidar_mapper.geometry.seen import Seen
@@ -7,11 +7,18 @@ import numpy as np
 # Corners [m]. No turn makes the first one fit itself; half a turn does so with the second one.
 CROOKED = np.array([(-4.0, -3.0), (4.5, -2.5), (5.0, 1.5), (1.0, 4.0), (-3.5, 2.0)])
 OBLONG = np.array([(-5.0, -2.5), (5.0, -2.5), (5.0, 2.5), (-5.0, 2.5)])
+# Half a turn makes each end and each niche of the hall fit the other, but not the way between.
+HALL = [(0.0, -2.0), (12.5, -2.0), (12.5, -3.0), (14.0, -3.0), (14.0, -2.0), (22.0, -2.0)]
+HALL += [(22.0, 2.0), (7.5, 2.0), (7.5, 3.0), (6.0, 3.0), (6.0, 2.0), (0.0, 2.0)]
+HALL = np.array(HALL)
 HEIGHT = 2.0
 
 
-def cloud(corners, pose, seed=0, count=4000, noise=0.005):
-    """Return points on the walls of a room as seen from a pose in it, with noise [m], (n, 3)."""
+def cloud(corners, pose, seed=0, count=4000, noise=0.005, reach=np.inf):
+    """Return points on the walls of a room as seen from a pose in it, with noise [m], (n, 3).
+
+    Those beyond a reach [m], and on the backs of walls, are not seen.
+    """
     rng = np.random.default_rng(seed)
     sides = np.roll(corners, -1, axis=0) - corners
     lengths = np.linalg.norm(sides, axis=1)
@@ -19,7 +26,9 @@ def cloud(corners, pose, seed=0, count=4000, noise=0.005):
     along = rng.uniform(size=(count, 1))
     plane = corners[wall] + along * sides[wall] + rng.normal(0.0, noise, (count, 2))
     points = np.column_stack([plane, rng.uniform(0.0, HEIGHT, count)])
-    return moved(inverse(pose), points)
+    way = pose[:2, 3] - plane
+    faces = sides[wall, 0] * way[:, 1] > sides[wall, 1] * way[:, 0]
+    return moved(inverse(pose), points[faces & (np.hypot(*way.T) < reach)])
 
 
 def seen_from_origin(points):

@@ -13,7 +13,7 @@ from nodlidar_mapper.recovery.range_image import RangeImage
 from nodlidar_mapper.recovery.recovery import Guess, Recovery
 import numpy as np
 import pytest
-from rooms import cloud, CROOKED, OBLONG, seen_from_origin
+from rooms import cloud, CROOKED, HALL, OBLONG, seen_from_origin
 
 NS = 10**9
 JUMPS = [(0.6, 0.0, 0.0), (0.0, 0.5, 0.3), (5.0, -3.0, 2.0), (0.0, 0.0, 3.1)]
@@ -148,6 +148,69 @@ def test_odometry_says_nothing_of_the_place_in_a_saved_map():
         here = planar(0.3 + 0.1 * k, 0.2, 0.1)
         turned = planar(0.0, 0.0, np.pi) @ here  # the room looks the same from there
         assert mapper.add(k * NS, cloud(OBLONG, turned, seed=k), here).lost
+
+
+def in_hall(x, yaw=0.0, seed=0):
+    """Return a pose in the middle of the hall, and what is seen within 3.5 m."""
+    pose = planar(x, 0.0, yaw)
+    return pose, cloud(HALL, pose, seed=seed, count=10_000, reach=3.5)
+
+
+@cache
+def hall():
+    """Return the mapper of a robot that drove through the hall."""
+    mapper = Mapper(MapConfig())
+    for k, x in enumerate(np.arange(1.5, 21.0, 0.5)):
+        pose, points = in_hall(x, seed=k)
+        found = mapper.add(k * NS, points, pose)
+    assert not found.lost
+    np.testing.assert_allclose(found.pose, pose, atol=0.03)
+    return mapper
+
+
+def lost_in_hall():
+    """Return a mapper of the hall in which the robot may be anywhere, and the end of its drive.
+
+    Each single view of an end, of a niche, or of both walls, is seen at two places.
+    """
+    saved = hall()
+    mapper = Mapper(MapConfig(), saved.keyframes, saved.edges)
+    driven = [found_in_hall(mapper, k, 2.0 + 0.5 * k, planar(-7.0, 3.0, 2.0)) for k in range(7)]
+    assert all(each.lost for each in driven)
+    return mapper
+
+
+def found_in_hall(mapper, k, x, start):
+    """Return the estimate of a place along the hall, whose odometry began elsewhere."""
+    pose, points = in_hall(x, seed=100 + k)
+    return mapper.add(k * NS, points, start @ pose)
+
+
+def test_of_places_that_look_alike_the_way_between_them_tells_which_one_it_is():
+    mapper = lost_in_hall()
+    found = [found_in_hall(mapper, k, 2.0 + 0.5 * k, planar(-7.0, 3.0, 2.0)) for k in range(7, 18)]
+    assert not found[-1].lost
+    np.testing.assert_allclose(found[-1].pose, planar(10.5, 0.0, 0.0), atol=0.03)
+
+
+def test_what_was_seen_before_a_robot_was_carried_is_forgotten_on_the_way():
+    """From between plain walls to between others: neither clouds nor odometry show it."""
+    mapper = lost_in_hall()
+    carried = planar(-7.0, 3.0, 2.0) @ planar(5.0 - 11.5, 0.0, 0.0)
+    found = [found_in_hall(mapper, k, min(8.0 + 0.5 * k, 20.5), carried) for k in range(7, 28)]
+    assert not found[-1].lost
+    np.testing.assert_allclose(found[-1].pose, planar(20.5, 0.0, 0.0), atol=0.03)
+
+
+def test_a_room_that_fits_by_nine_tenths_may_be_another_one():
+    """It has a niche of 2.2 m in 27 m of walls, which the room of the map has not."""
+    saved, _ = mapped(CROOKED)
+    mapper = Mapper(MapConfig(), saved.keyframes, saved.edges)
+    for k in range(8):
+        points = cloud(CROOKED, planar(0.0, 0.0, 0.0), seed=k)
+        points[(points[:, 1] < -2.0) & (np.abs(points[:, 0]) < 1.1), 1] -= 0.8
+        found = mapper.add(k * NS, points, planar(3.0, 0.0, 1.0))
+        assert '95% must' in found.lost or 'soon' in found.lost
 
 
 def floor(*below):

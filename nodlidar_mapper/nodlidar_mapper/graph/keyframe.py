@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from nodlidar_mapper.geometry.poses import Array
+from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
+import numpy as np
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +35,11 @@ class Keyframe:
     def placed_surface(self) -> Surface:
         """The surface in the frame of the map."""
         return self.surface.moved(self.pose)
+
+    @property
+    def seen(self) -> Seen:
+        """The cloud in the frame of the map, as seen from its place."""
+        return Seen(self.points, np.zeros_like(self.points)).moved(self.pose)
 
 
 def surface_of_map(keyframes: Sequence[Keyframe]) -> Surface:

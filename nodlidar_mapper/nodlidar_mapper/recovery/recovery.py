@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from nodlidar_mapper.geometry.poses import Array, between, inverse
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.graph.loops import LoopConfig
 from nodlidar_mapper.recovery.place_search import (
     ALIKE,
     Area,
@@ -14,7 +15,7 @@ from nodlidar_mapper.recovery.place_search import (
     fit_of,
     Place,
 )
-from nodlidar_mapper.tracking.matching import Match, MatchingConfig
+from nodlidar_mapper.tracking.matching import Match
 import numpy as np
 
 UNMAPPED = 0.1  # share of the points near the map, below which the map does not reach there
@@ -23,8 +24,10 @@ UNNOTICED = 1  # times that it doubles while odometry may be right: it may jump 
 FAR_OFF = 3.0  # standard deviations of odometry that are searched, at least
 EVERY = 3  # clouds, once a large area was searched
 ANYWHERE = 11  # clouds, after which the whole map is searched
-# What a place must reach nearby, and anywhere: alike places may be anywhere.
-LEAST_FIT, LIKELY_FIT, SURE_FIT = 0.6, 0.75, 0.85
+# What a place must reach nearby, and anywhere: alike places may be anywhere. The more of its
+# surroundings the robot has seen, the less do they look like others.
+LEAST_FIT, LIKELY_FIT = 0.6, 0.75
+SURE_FIT = 0.95, 0.9  # of what was seen from one place, and from all around
 LEAST_CLEAR = 0.85
 SAME = 0.3, 0.1  # two searches agree within [m], [rad]
 
@@ -59,12 +62,12 @@ class Recovery:
     Parameters
     ----------
     config
-        Of the matching.
+        Of the map.
     anywhere
         Whether the robot may be anywhere in the map from the beginning.
     """
 
-    def __init__(self, config: MatchingConfig, anywhere: bool = False) -> None:
+    def __init__(self, config: LoopConfig, anywhere: bool = False) -> None:
         self._config = config
         self._clouds = 0
         self._wrong = ANYWHERE if anywhere else 0  # clouds that odometry does not explain
@@ -110,7 +113,7 @@ class Recovery:
         Parameters
         ----------
         seen
-            The cloud, in its frame.
+            The cloud and what was seen around it since the robot was lost, in the cloud's frame.
         guess
             Pose of the cloud's frame by odometry since the robot was lost.
         odometry
@@ -134,7 +137,9 @@ class Recovery:
         turn = max(NEARBY[1] * 2.0**doubled, float(spread[5]))
         place = best_place(seen, keyframes, Area(guess.pose, distance, turn), self._config)
         nearby = self._clouds == 1 and not doubled
-        why = _doubt(place, nearby, self._config.free)
+        extent = float(np.linalg.norm(seen.origins, axis=1).max())
+        sure = float(np.interp(extent, (0.0, self._config.map_radius), SURE_FIT))
+        why = _doubt(place, LEAST_FIT if nearby else sure, nearby, self._config.free)
         if place is None or why:
             self._suspected = None
             return why
@@ -150,12 +155,14 @@ class Recovery:
         return distance < SAME[0] and turn < SAME[1]
 
 
-def _doubt(place: Place | None, nearby: bool, free: Sequence[int]) -> str:
+def _doubt(place: Place | None, least_fit: float, nearby: bool, free: Sequence[int]) -> str:
     """Return why a place is not certain; empty if it is."""
     if place is None:
         return 'the map is empty here'
-    if place.fit < (LEAST_FIT if nearby else SURE_FIT):
-        return f'{place.fit:.0%} of the points lie on the map at the best place'
+    if place.fit < least_fit:
+        return (
+            f'{place.fit:.0%} of the points lie on the map at the best place, {least_fit:.0%} must'
+        )
     if place.clear < LEAST_CLEAR:
         return 'at the best place, walls would stand in free space'
     if place.found.shown(free) < len(free) - 1:  # one direction less along a corridor
