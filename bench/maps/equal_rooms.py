@@ -38,14 +38,14 @@ def equal_rooms(seed: int, speed: float, furniture: int = 0) -> Scene:
     doors: list[tuple[float, float]] = []
     for side in (1.0, -1.0):
         near, far = side * HALF_WIDTH, side * (HALF_WIDTH + DEPTH)
-        for left in WIDTH * np.arange(ROOMS):
+        for left in (WIDTH * np.arange(ROOMS)).tolist():
             door, right = left + DOOR_AT, left + WIDTH
             walls.append(_wall((left, near), (door, near)))
             outline = ((door + DOOR, near), (right, near), (right, far), (left, far), (left, near))
             walls += [_wall(*each) for each in pairwise(outline)]
             doors.append((door + DOOR / 2.0, side))
-            bed = np.array([left + 0.75, far - 1.1 * side])
-            things.append({'box': {'pose': [*bed, 0.25, 0.0, 0.0, 0.0], 'size': [1.2, 2.0, 0.5]}})
+            bed = [left + 0.75, far - 1.1 * side, 0.25, 0.0, 0.0, 0.0]
+            things.append({'box': {'pose': bed, 'size': [1.2, 2.0, 0.5]}})
             for _ in range(THINGS):
                 x = right - things_rng.uniform(0.35, 0.9)
                 y = near + side * things_rng.uniform(0.4, DEPTH - 0.4)
