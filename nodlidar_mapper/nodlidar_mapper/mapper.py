@@ -12,7 +12,6 @@ from nodlidar_mapper.geometry.linear import inverted
 from nodlidar_mapper.geometry.poses import Array, carried, inverse, lever, moved
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
-from nodlidar_mapper.graph.loops import THINNER
 from nodlidar_mapper.graph.pose_graph import Edge
 from nodlidar_mapper.growing_map import GrowingMap
 from nodlidar_mapper.recovery.place_search import ALIKE, clear_share
@@ -346,7 +345,7 @@ class Mapper:
         if self._recovery.is_beyond(seen, here, failed, self.keyframes):
             return Match.none(guess, len(seen.points)), ''
         around = Seen.joined([seen, self._seen_since_lost(cloud)])
-        around = around.thinned(THINNER * self._config.point_spacing)
+        around = around.thinned(self._config.point_spacing)
         found = self._recovery.search(around, here, cloud.odometry, self.keyframes)
         if isinstance(found, str):
             return failed, '; '.join(filter(None, [self._track.jump, lost, found]))

@@ -138,7 +138,7 @@ class Recovery:
         place = best_place(seen, keyframes, Area(guess.pose, distance, turn), self._config)
         nearby = self._clouds == 1 and not doubled
         extent = float(np.linalg.norm(seen.origins, axis=1).max())
-        sure = float(np.interp(extent, (0.0, self._config.map_radius), SURE_FIT))
+        sure = float(np.interp(extent, (0.0, self._config.map_radius / 2.0), SURE_FIT))
         why = _doubt(place, LEAST_FIT if nearby else sure, nearby, self._config.free)
         if place is None or why:
             self._suspected = None
