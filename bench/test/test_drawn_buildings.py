@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from bench.maps.drawn_buildings import drawn, KINDS, SEEDS
+from bench.maps.equal_rooms import equal_rooms, HALF_WIDTH, ROOMS, WIDTH
 from bench.shared.reference import START_NS
 
 CLEARANCE = 0.25  # m
@@ -30,6 +31,32 @@ def test_the_drive_keeps_clear_and_comes_around(kind, seed):
     assert turned > 2.0 * np.pi
     back = np.linalg.norm(places[len(places) // 2 :, :2] - places[0, :2], axis=1)
     assert back.min() < 0.1
+
+
+@pytest.mark.parametrize('furniture', [0, 1])
+def test_the_drive_through_equal_rooms_enters_each_and_keeps_clear(furniture):
+    scene = equal_rooms(1, 0.6, furniture)
+    places = places_of(scene)
+    for height in HEIGHTS:
+        points = np.column_stack([places[:, :2], np.full(len(places), height)])
+        assert scene.surfaces.surface_distance(points).min() > CLEARANCE - 1e-9
+    inside = np.abs(places[:, 1]) > HALF_WIDTH + 1.0
+    x, y = places[inside, 0], places[inside, 1]
+    entered = set(zip(np.floor(x / WIDTH), np.sign(y), strict=True))
+    assert len(entered) == 2 * ROOMS
+
+
+def test_other_furniture_stands_in_the_same_rooms():
+    one, other = (equal_rooms(1, 0.6, furniture) for furniture in (0, 1))
+    assert one.base_legs == other.base_legs
+    x, y = np.meshgrid(np.linspace(0.1, ROOMS * WIDTH, 200), np.linspace(-4.0, 4.0, 200))
+    off = [
+        each.surfaces.surface_distance(np.column_stack([x.ravel(), y.ravel(), np.full(x.size, z)]))
+        for each in (one, other)
+        for z in (0.3, 2.4)
+    ]
+    assert np.abs(off[0] - off[2]).max() > 0.25  # near the floor, things differ
+    np.testing.assert_allclose(off[1], off[3])  # below the ceiling, walls do not
 
 
 @pytest.mark.parametrize('kind', KINDS)
