@@ -39,7 +39,7 @@ class GrowingMap:
     loops
         Number of loops closed.
     anchor
-        Index of the keyframe nearest to the robot along the way.
+        Index of the nearest keyframe, of those around.
     around
         The surfaces near the robot along the way, to which clouds are matched.
     """
@@ -80,7 +80,7 @@ class GrowingMap:
             self._choose_around(pose)
 
     def follow(self, pose: Array, points: int) -> bool:
-        """Make the nearest keyframe around the anchor; return whether the map needs another one.
+        """Let the nearest keyframe be the anchor; return whether the map needs another one.
 
         It does for the first cloud at a place, and for one with MORE times as many points. Since
         each doubles them, a place has a few keyframes at most, however long the robot stands.

@@ -14,7 +14,7 @@ from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
 from nodlidar_mapper.growing_map import GrowingMap
-from nodlidar_mapper.recovery.place_search import ALIKE, clear_share
+from nodlidar_mapper.recovery.place_search import clear_share
 from nodlidar_mapper.recovery.recovery import Guess, Recovery
 from nodlidar_mapper.tracking.matching import Match, match
 from nodlidar_mapper.tracking.track import Track
@@ -25,6 +25,7 @@ LEAST_SURFACE = 100  # points of a map that clouds are matched to
 FOUND = np.diag([1e2] * 6)  # information of a place that was searched, at least
 FARTHEST = 1000.0  # m
 NO_MAP = 'no map yet'
+FITS = 0.94  # share of a cloud on the map, from which on wheels have not slipped
 # Wheels may have slipped far if so much less of a cloud fits than of those before. The newest one
 # has this weight in their average.
 UNUSUAL, NEWEST = 1.0 / 3.0, 0.3
@@ -89,8 +90,8 @@ class Mapper:
         self._free[np.ix_(config.free, config.free)] = 1.0
         self.map = GrowingMap(config, keyframes, edges)
         self._track = Track(config)
-        self._usual_fit = 0.0  # mean informative_share of the matches so far
-        self._usual_share = 0.0  # mean share of these
+        self._usual_fit = 0.0  # sliding mean of informative_share
+        self._usual_share = 0.0  # and of share
         self._map_from_odometry: Array | None = None  # the last good one
         self._recovery = Recovery(config, anywhere=bool(keyframes))
         self._searches = searches
@@ -281,7 +282,7 @@ class Mapper:
         if self._first is not None or self._track.jump:
             return found, seen
         matches = [(found, seen)]
-        if found.share < ALIKE:
+        if found.share < FITS:
             matches += self._slipped(cloud, seen, guess, prior, guess)
         best = min(matches, key=_cost)
         is_bad = best[0].share < LEAST_OF_USUAL * self._usual_share

@@ -121,6 +121,19 @@ def test_a_robot_that_was_carried_is_lost_until_it_is_found():
     np.testing.assert_allclose(found[-1].pose, true, atol=0.02)
 
 
+def test_a_carried_robot_is_found_however_far_odometry_has_counted():
+    """Two searches differ by milliradians, which are metres where odometry began."""
+    mapper = Mapper(MapConfig())
+    began = planar(3000.0, 0.0, 1.0)
+    for k in range(12):
+        here = planar(0.2 * k, 0.0, 0.05 * k) if k < 6 else planar(-2.0, -1.0, 2.5)
+        counted = began @ planar(0.2 * min(k, 5), 0.0, 0.05 * min(k, 5))
+        found = mapper.add(k * NS, cloud(CROOKED, here, seed=k, noise=0.02), counted)
+    assert not found.lost
+    in_room = inverse(mapper.keyframes[0].pose) @ found.pose
+    np.testing.assert_allclose(in_room, here, atol=0.03)
+
+
 def test_in_a_room_that_fits_itself_turned_nobody_knows():
     mapper, pose = mapped(OBLONG)
     carried = planar(2.0, 1.0, np.pi / 2.0)

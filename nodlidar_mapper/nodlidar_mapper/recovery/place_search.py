@@ -22,7 +22,7 @@ SPACING = 0.5  # of the points that are searched with [m]
 OFF = 2.0  # the robot is at most so far off the keyframes, along x and y [m]
 APART = 0.75, 0.3  # candidates differ by more than this [m], [rad]
 CANDIDATES = 6
-ALIKE = 0.94  # places whose fits differ by less than this share fit alike
+ALIKE = 0.94  # a place with at least this share of the fit of another one fits alike
 START = np.diag([0.3**-2] * 3 + [0.1**-2] * 3)  # information of a candidate
 
 THROUGH = 0.3  # a beam that ends so much farther went through [m]

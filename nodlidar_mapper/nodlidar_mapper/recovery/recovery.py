@@ -1,4 +1,4 @@
-"""A robot that is lost: what shows it, and how it is found again."""
+"""The search for a lost robot: in which area, and when a place is believed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,12 +22,13 @@ UNMAPPED = 0.1  # share of the points near the map, below which the map does not
 NEARBY = 1.0, 0.5  # first area searched around odometry [m], [rad]; each failure doubles it
 UNNOTICED = 1  # times that it doubles while odometry may be right: it may jump by 2 m unnoticed
 FAR_OFF = 3.0  # standard deviations of odometry that are searched, at least
-EVERY = 3  # clouds, once a large area was searched
+AT_ONCE, EVERY = 6, 3  # so many clouds are searched at once, and then every third one
 ANYWHERE = 11  # clouds, after which the whole map is searched
-# What a place must reach nearby, and anywhere: alike places may be anywhere. The more of its
+LEAST_FIT = 0.6  # of a place nearby, by the first search
+LIKELY_FIT = 0.75  # where odometry expects the robot, to end the search
+# Of any other place, by what was seen from one place, and from all around: the more of its
 # surroundings the robot has seen, the less do they look like others.
-LEAST_FIT, LIKELY_FIT = 0.6, 0.75
-SURE_FIT = 0.95, 0.9  # of what was seen from one place, and from all around
+SURE_FIT = 0.95, 0.9
 LEAST_CLEAR = 0.85
 SAME = 0.3, 0.1  # two searches agree within [m], [rad]
 
@@ -128,7 +129,7 @@ class Recovery:
         clear = clear_share(seen.points, guess.pose, keyframes)
         explained = not self._jumped and clear >= LEAST_CLEAR
         self._wrong += not explained
-        if self._clouds > 6 and self._clouds % EVERY:
+        if self._clouds > AT_ONCE and self._clouds % EVERY:
             return 'searched again soon'
         doubled = self._clouds - 1 if explained else self._wrong - 1
         doubled = min(doubled, UNNOTICED if explained else ANYWHERE)
@@ -136,22 +137,23 @@ class Recovery:
         distance = max(NEARBY[0] * 2.0**doubled, float(spread[:3].max()))
         turn = max(NEARBY[1] * 2.0**doubled, float(spread[5]))
         place = best_place(seen, keyframes, Area(guess.pose, distance, turn), self._config)
-        nearby = self._clouds == 1 and not doubled
+        nearby = self._clouds == 1 and (distance, turn) == NEARBY
         extent = float(np.linalg.norm(seen.origins, axis=1).max())
         sure = float(np.interp(extent, (0.0, self._config.map_radius / 2.0), SURE_FIT))
         why = _doubt(place, LEAST_FIT if nearby else sure, nearby, self._config.free)
         if place is None or why:
             self._suspected = None
             return why
-        if nearby or self._agrees(place.found.pose @ inverse(odometry)):
+        if nearby or self._agrees(place.found.pose, odometry):
             return place.found
         return 'a place was found, which the next search must confirm'
 
-    def _agrees(self, map_from_odometry: Array) -> bool:
-        before, self._suspected = self._suspected, map_from_odometry
+    def _agrees(self, pose: Array, odometry: Array) -> bool:
+        """Return whether the search before found the same place, by odometry since then."""
+        before, self._suspected = self._suspected, pose @ inverse(odometry)
         if before is None:
             return False
-        distance, turn = between(before, map_from_odometry)
+        distance, turn = between(before @ odometry, pose)
         return distance < SAME[0] and turn < SAME[1]
 
 
