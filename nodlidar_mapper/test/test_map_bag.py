@@ -87,6 +87,12 @@ def test_parameters_come_from_a_file(output, tmp_path):
     assert yaml.safe_load((tmp_path / 'out' / 'map.yaml').read_text())['resolution'] == 0.1
 
 
+def test_a_folder_that_cannot_be_written_is_named_before_the_bag_is_read(tmp_path, capsys):
+    (tmp_path / 'out' / 'keyframes.npz').mkdir(parents=True)
+    assert map_bag([str(tmp_path / 'no_bag'), str(tmp_path / 'out')]) == 1
+    assert 'keyframes.npz' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('ego_motion', ['beam', 'off'])
 def test_the_map_is_of_deskewed_sweeps_whatever_the_file_says(output, tmp_path, ego_motion):
     given = {'assembler': {'ros__parameters': {'ego_motion': ego_motion, 'cloud_mode': 'scan'}}}

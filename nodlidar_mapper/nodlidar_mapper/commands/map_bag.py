@@ -23,6 +23,7 @@ from nodlidar_common.parameter_file import file_values
 from nodlidar_common.parameters import check
 from nodlidar_common.terminal import progress_bar, result_console
 from nodlidar_mapper.config import MapConfig
+from nodlidar_mapper.live import make_parent
 from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.offline import estimates
 from nodlidar_mapper.output.grid import GridConfig
@@ -53,6 +54,7 @@ def main(argv: Sequence[str] | None) -> None:
     config = configuration(arguments.params, DESKEWED)
     mapper = Mapper(_given(arguments.params, MapConfig()))
     cells = _given(arguments.params, GridConfig())
+    make_parent(arguments.output)
     log = read_drive(arguments.bag, config, topics_of(arguments))
     clouds, drops = clouds_in(log, config)
     with progress_bar() as bar:
