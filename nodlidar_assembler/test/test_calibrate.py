@@ -87,6 +87,7 @@ def test_values_and_parameters_are_the_same(way):
     }
 
 
-def test_degrees_are_refused(capsys):
-    assert calibrate(['live', '--mount-rpy', '0', '30', '0']) == 2
+@pytest.mark.parametrize('pitch', ['30', 'nan'])
+def test_degrees_and_what_is_no_angle_are_refused(capsys, pitch):
+    assert calibrate(['live', '--mount-rpy', '0', pitch, '0']) == 2
     assert '--mount-rpy: angles are in radians' in capsys.readouterr().err

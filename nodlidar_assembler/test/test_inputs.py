@@ -290,6 +290,20 @@ def test_scans_of_another_frame_are_refused_until_the_first_is_silent():
     assert reasons == [(k, ScanInput.OTHER_FRAME) for k in (2, *range(4, 14))]
 
 
+def test_malformed_scans_of_another_frame_refuse_none():
+    inputs = ScanInput(AssemblerConfig())
+    for k in range(10):
+        message = scan()
+        message.header.frame_id = 'ab'[k % 2]
+        message.header.stamp = time_message(1_700_000_000 * 10**9 + k * 10**8)
+        if k % 2 == 0:
+            message.range_max = float('nan')
+            with pytest.raises(RefusedScanError, match='range_max'):
+                inputs.scan(message, time_ns(message.header.stamp))
+        else:
+            inputs.scan(message, time_ns(message.header.stamp))
+
+
 @pytest.mark.parametrize(('joints_too', 'restamped'), [(True, 0.0), (False, -4.97)])
 def test_scans_of_a_recording_that_is_played_in_a_loop_have_not_moved_alone(joints_too, restamped):
     assembler = MessageAssembler(AssemblerConfig(joint_name='nod'), lambda: '')

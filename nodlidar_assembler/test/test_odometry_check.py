@@ -5,7 +5,9 @@ import re
 
 from hypothesis import given
 from hypothesis import strategies as st
+from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.plausibility.odometry_check import OdometryCheck
+from nodlidar_assembler.plausibility.odometry_jitter import OdometryJitter
 import numpy as np
 import pytest
 
@@ -128,6 +130,11 @@ def test_stamps_that_jitter_are_named_with_their_size_and_the_period(rate):
 def test_uneven_samples_with_the_stamps_of_their_measurement_are_not_named():
     times = np.sort(np.random.default_rng(3).uniform(0.0, 12.0, 600))
     assert warning_about([driven(t, 0.6, 0.8) for t in times], times) == ''
+
+
+def test_a_single_sample_does_not_jitter():
+    poses = Poses(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]]))
+    assert OdometryJitter.worst(Odometry(np.array([START_NS]), poses)) is None
 
 
 def test_lost_samples_are_not_named():

@@ -186,6 +186,6 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     )
     add_topics(parser, (SCAN, JOINT_STATE))
     arguments = parser.parse_args(argv)
-    if arguments.mount_rpy and max(map(abs, arguments.mount_rpy)) > math.tau:
+    if not all(abs(angle) <= math.tau for angle in arguments.mount_rpy or ()):
         parser.error('argument --mount-rpy: angles are in radians, within a turn')
     return arguments

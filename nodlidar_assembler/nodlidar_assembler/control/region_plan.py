@@ -35,7 +35,9 @@ class RegionError(NodlidarError):
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """What to scan, as in the goal of the action; zeros stand for the values of the parameters.
+    """What to scan, as in the goal of the action.
+
+    Zeros stand for the values of the parameters; those of the limits only if both are.
 
     Raises
     ------

@@ -31,7 +31,7 @@ period (0.1 ms), squared. The first few stamps show mostly their jitter, not the
 
 
 class Revolutions:
-    """A line through the last stamps: revolution k began at `value + k * period`.
+    """A line through the last stamps: revolution k began `k - count` periods after `begin_ns`.
 
     Revolutions are counted in integers, and the line is fitted to differences of integer
     nanoseconds from the newest stamp: no error accumulates over hours. Missing scans are counted.

@@ -137,13 +137,13 @@ class ScanInput:
 
     def scan(self, message: Any, arrived_ns: int) -> Scan:
         """Return a LaserScan that arrived at an instant [ns], or raise RefusedScanError."""
-        if not self._lidars.admits(message.header.frame_id, arrived_ns):
-            raise RefusedScanError(self.OTHER_FRAME, message.header.frame_id)
         try:
             scan = scan_from_message(message, self._config)
             nominal = revolution_time(scan.geometry)
         except ParameterError as error:
             raise RefusedScanError(f'{error.key} must be {error.limit}', error.value) from error
+        if not self._lidars.admits(message.header.frame_id, arrived_ns):
+            raise RefusedScanError(self.OTHER_FRAME, message.header.frame_id)
         if self._device_clock is not None:
             if not self._device_clock.add(scan.end_ns, arrived_ns):
                 raise RefusedScanError(self.LATE)

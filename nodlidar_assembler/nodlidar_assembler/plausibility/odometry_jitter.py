@@ -66,7 +66,7 @@ class OdometryJitter:
         """Return the worst of the windows of a drive, by the error of points; None without any."""
         times_ns, position = odometry.time_ns, odometry.poses.position
         ends = ends_of(odometry.poses.orientation)
-        bounds = np.searchsorted(times_ns, np.arange(times_ns[0], times_ns[-1], WINDOW_NS))
+        bounds = np.searchsorted(times_ns, np.arange(times_ns[0], times_ns[-1] + 1, WINDOW_NS))
         windows = [slice(*each) for each in zip(bounds, [*bounds[1:], None], strict=True)]
         found = [
             jitter
