@@ -11,7 +11,7 @@ from nodlidar_mapper.geometry.poses import Array, carried, inverse, turning
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface, surface_of
 from nodlidar_mapper.graph.keyframe import Keyframe, surface_of_map
-from nodlidar_mapper.graph.loops import around, loop_at
+from nodlidar_mapper.graph.loops import indices_around, loop_at
 from nodlidar_mapper.graph.pose_graph import Edge, optimized, pose_covariances, step
 import numpy as np
 
@@ -40,7 +40,7 @@ class GrowingMap:
         Number of loops closed.
     anchor
         Index of the nearest keyframe, of those around.
-    around
+    surface_around
         The surfaces near the robot along the way, to which clouds are matched.
     """
 
@@ -50,8 +50,8 @@ class GrowingMap:
         self._config = config
         self.keyframes, self.edges = list(keyframes), list(edges)
         self.loops = self.anchor = 0
-        self.around = Surface.joined([])
-        self._near = [0]  # indices of the keyframes around
+        self.surface_around = Surface.joined([])
+        self._indices_around = [0]
         self._covariances = self._keyframe_covariances()
         self._recent: deque[Seen] = deque(maxlen=RECENT)  # in the map
         if keyframes:
@@ -63,13 +63,13 @@ class GrowingMap:
         return sum(len(each.surface.points) for each in self.keyframes)
 
     @property
-    def near(self) -> list[Keyframe]:
-        """The keyframes around."""
-        return [self.keyframes[i] for i in self._near]
+    def keyframes_around(self) -> list[Keyframe]:
+        """Those near the robot along the way."""
+        return [self.keyframes[i] for i in self._indices_around]
 
     def seen_around(self) -> Seen:
         """Return what the keyframes around have seen, in the frame of the map."""
-        return Seen.joined([each.seen for each in self.near])
+        return Seen.joined([each.seen for each in self.keyframes_around])
 
     def go_to(self, pose: Array) -> None:
         """Continue at a pose that no way leads to."""
@@ -85,16 +85,16 @@ class GrowingMap:
         It does for the first cloud at a place, and for one with MORE times as many points. Since
         each doubles them, a place has a few keyframes at most, however long the robot stands.
         """
-        poses = np.stack([keyframe.pose for keyframe in self.near])
+        poses = np.stack([keyframe.pose for keyframe in self.keyframes_around])
         way = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1)
         turned = np.einsum('nij,ij->n', poses[:, :3, :3], pose[:3, :3])
         turn = np.arccos(np.clip((turned - 1.0) / 2.0, -1.0, 1.0))
         config = self._config
         measure = way / config.keyframe_distance + turn / config.keyframe_angle
-        here = [self.near[i] for i in np.flatnonzero(measure <= 1.0)]
+        here = [self.keyframes_around[i] for i in np.flatnonzero(measure <= 1.0)]
         nearest = int(np.argmin(measure))
-        if self._near[nearest] != self.anchor:
-            self.anchor = self._near[nearest]
+        if self._indices_around[nearest] != self.anchor:
+            self.anchor = self._indices_around[nearest]
             self._choose_around(pose)
         return all(points > MORE * len(keyframe.points) for keyframe in here)
 
@@ -144,9 +144,9 @@ class GrowingMap:
         self.keyframes = [
             replace(each, surface=empty, points=empty.points) for each in self.keyframes[:1]
         ]
-        self.edges, self.loops, self.anchor, self._near = [], 0, 0, [0]
+        self.edges, self.loops, self.anchor, self._indices_around = [], 0, 0, [0]
         self._covariances = self._keyframe_covariances()
-        self.around = empty
+        self.surface_around = empty
         self._recent.clear()
 
     def covariance_at(self, place: Array) -> Array:
@@ -182,7 +182,7 @@ class GrowingMap:
 
     def _extend(self, pose: Array) -> None:
         """Add the surfaces that the map does not have yet to the nearest keyframe."""
-        spacing, known = self._config.point_spacing, self.around
+        spacing, known = self._config.point_spacing, self.surface_around
         seen = Seen.joined(self._recent)
         fresh = seen.thinned(spacing)
         fresh = fresh[~known.covers(fresh, spacing)]
@@ -195,8 +195,10 @@ class GrowingMap:
         self._choose_around(pose)
 
     def _choose_around(self, pose: Array) -> None:
-        self._near = around(self.anchor, pose, self.keyframes, self.edges, self._config)
-        self.around = surface_of_map(self.near)
+        self._indices_around = indices_around(
+            self.anchor, pose, self.keyframes, self.edges, self._config
+        )
+        self.surface_around = surface_of_map(self.keyframes_around)
 
     def _close_loop(self) -> bool:
         """Match the newest keyframe to an old part of the map; return whether it fits."""

@@ -176,7 +176,7 @@ class Mapper:
 
     def _add(self, cloud: _Cloud) -> Estimate:
         estimate = self._added(cloud)
-        if self._first is not None and len(self.map.around.points) >= LEAST_SURFACE:
+        if self._first is not None and len(self.map.surface_around.points) >= LEAST_SURFACE:
             self._first.append((cloud, estimate))
         return estimate
 
@@ -272,10 +272,10 @@ class Mapper:
 
         Return the match, and the points as matched: without the bend of the slip.
         """
-        if not len(self.map.around.points):
+        if not len(self.map.surface_around.points):
             return Match.none(guess, len(seen.points)), seen
         prior = inverted(covariance)
-        found = match(seen, self.map.around, guess, prior, self._config)
+        found = match(seen, self.map.surface_around, guess, prior, self._config)
         usual = self._usual_fit
         self._usual_fit += NEWEST * (found.informative_share - usual)
         # What the first clouds show of odometry is no slip: it is learned.
@@ -298,7 +298,7 @@ class Mapper:
         """Match a cloud as if wheels had slipped before it, and as if evenly throughout it."""
         matched = partial(
             match,
-            surface=self.map.around,
+            surface=self.map.surface_around,
             guess=guess,
             prior=prior,
             config=self._config,
@@ -317,7 +317,7 @@ class Mapper:
 
     def _lost(self, found: Match, seen: Seen) -> str:
         """Return why a match is not believed, empty if it is; learn the usual share."""
-        if len(self.map.around.points) < LEAST_SURFACE:
+        if len(self.map.surface_around.points) < LEAST_SURFACE:
             if self._was_placed and self.map.points >= LEAST_SURFACE:
                 return 'hardly any of the map is around the pose that was set'
             return NO_MAP
@@ -327,7 +327,7 @@ class Mapper:
             return f'{found.share:.0%} of the points near the map lie on it'
         if found.share < LEAST_OF_USUAL * usual:
             return f'{found.share:.0%} of the points near the map lie on it, {usual:.0%} is usual'
-        clear = clear_share(seen.points, found.pose, self.map.near, found.on)
+        clear = clear_share(seen.points, found.pose, self.map.keyframes_around, found.on)
         if clear < self._config.least_clear:
             return f'{1.0 - clear:.0%} of the points are in space that was seen to be free'
         return self._recovery.doubt(found, clear)

@@ -42,14 +42,14 @@ class LoopConfig(MatchingConfig):
     )
 
 
-def around(
+def indices_around(
     index: int,
     pose: Array,
     keyframes: Sequence[Keyframe],
     edges: Sequence[Edge],
     config: LoopConfig,
 ) -> list[int]:
-    """Return the keyframes near a pose that are also near keyframe `index` along the way."""
+    """Return the indices of keyframes near a pose, also near one of them along the way."""
     poses = np.stack([keyframe.pose for keyframe in keyframes])
     way = distances_from(index, poses, edges)
     near = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1) < config.map_radius
@@ -81,7 +81,7 @@ def loop_at(
         return None
     seen = seen.thinned(THINNER * config.point_spacing)
     old = surface_of_map(
-        [keyframes[i] for i in around(nearest, here.pose, keyframes, edges, config)]
+        [keyframes[i] for i in indices_around(nearest, here.pose, keyframes, edges, config)]
     )
     if old.covers(seen.moved(here.pose), REACH).mean() < LEAST_NEAR:
         return None
