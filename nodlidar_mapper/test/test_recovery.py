@@ -295,6 +295,18 @@ def test_nobody_is_found_on_a_bare_floor():
     assert 'floor' in found
 
 
+@pytest.mark.parametrize(('off', 'found'), [(0.1, True), (3.0, False)])
+def test_far_from_where_odometry_is_certain_a_room_like_another_one_is_not_believed(off, found):
+    """Nine tenths of the points lie on the map."""
+    mapper, _ = mapped(CROOKED)
+    points = cloud(CROOKED, planar(0.0, 0.0, 0.0), seed=50)
+    points[(points[:, 1] < -2.0) & (np.abs(points[:, 0]) < 1.1), 1] -= 0.8
+    guess = Guess(planar(0.2, 0.0, 0.1), np.eye(6) * off**2, False, False)
+    recovery = Recovery(MapConfig())
+    result = recovery.search(seen_from_origin(points), guess, guess.pose, mapper.keyframes)
+    assert isinstance(result, str) != found
+
+
 @pytest.mark.parametrize('seed', range(4))
 def test_a_place_is_found_from_far_off(seed):
     rng = np.random.default_rng(seed)
