@@ -27,7 +27,7 @@ class StampDrift:
         """Forget all, as after the clock was set."""
         self._end_ns: int | None = None
         self._late_ns: dict[str, list[int]] = {}
-        self._last_ns: dict[str, int] = {}  # nearly the least of the window before
+        self._least_late_ns: dict[str, int] = {}  # nearly the least of the window before
         self._first_ns: dict[str, int] = {}  # of the others, less that of scans
         self._moved_ns: dict[str, list[int]] = {}  # in the last windows
 
@@ -56,26 +56,28 @@ class StampDrift:
         self._moved_ns.pop(name, None)
 
     def _end_window(self) -> None:
-        last_ns, late_ns, self._late_ns = self._last_ns, self._late_ns, {}
-        self._last_ns = {
+        before_ns, late_ns, self._late_ns = self._least_late_ns, self._late_ns, {}
+        self._least_late_ns = {
             name: sorted(each_ns)[int(AHEAD * len(each_ns))] for name, each_ns in late_ns.items()
         }
-        both = last_ns.keys() & self._last_ns.keys()
-        if both and all(abs(self._last_ns[name] - last_ns[name]) > MOST_NS for name in both):
+        both = before_ns.keys() & self._least_late_ns.keys()
+        if both and all(
+            abs(self._least_late_ns[name] - before_ns[name]) > MOST_NS for name in both
+        ):
             self._first_ns.clear()
-        of_scans_ns = self._last_ns.get(SCANS)
+        of_scans_ns = self._least_late_ns.get(SCANS)
         apart_ns = {
             name: late_ns - of_scans_ns
-            for name, late_ns in self._last_ns.items()
+            for name, late_ns in self._least_late_ns.items()
             if of_scans_ns is not None and name != SCANS
         }
         self._moved_ns = {
-            name: [*self._moved_ns.get(name, []), now_ns - self._first_ns[name]][-CONFIRMED:]
-            for name, now_ns in apart_ns.items()
+            name: [*self._moved_ns.get(name, []), apart_now_ns - self._first_ns[name]][-CONFIRMED:]
+            for name, apart_now_ns in apart_ns.items()
             if name in self._first_ns
         }
         self._first_ns = {
-            name: self._first_ns.get(name, now_ns) for name, now_ns in apart_ns.items()
+            name: self._first_ns.get(name, apart_now_ns) for name, apart_now_ns in apart_ns.items()
         }
 
     @property
