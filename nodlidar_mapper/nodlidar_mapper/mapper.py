@@ -175,6 +175,7 @@ class Mapper:
         return np.asarray(self.poses_of(estimates) @ robots)
 
     def _add(self, cloud: _Cloud) -> Estimate:
+        """Add a cloud, and remember it while it is one of the first."""
         estimate = self._added(cloud)
         if self._first is not None and len(self.map.surface_around.points) >= LEAST_SURFACE:
             self._first.append((cloud, estimate))
@@ -362,8 +363,9 @@ class Mapper:
         A single cloud fits wherever a room looks alike. If it does not fit the new map, odometry
         went wrong meanwhile, or the robot was carried, and that map begins again.
         """
-        estimate = None if self._since_lost is None else self._since_lost._add(cloud)
-        if self._since_lost is None or estimate is None or estimate.lost not in ('', NO_MAP):
+        if self._since_lost is None or (
+            (estimate := self._since_lost._add(cloud)).lost not in ('', NO_MAP)
+        ):
             self._since_lost = Mapper(replace(self._config, extend_map=True), searches=False)
             estimate = self._since_lost._add(cloud)
         pose = self._since_lost.poses_of([estimate])[0]
