@@ -1,6 +1,7 @@
 """What a fit leaves of joint samples: motion or noise."""
 
-from nodlidar_assembler.clouds.unfitted_motion import clipped, evident, LAGS, UnfittedMotion
+from nodlidar_assembler.clouds.between_samples import at, LAGS
+from nodlidar_assembler.clouds.unfitted_motion import evident, UnfittedMotion, usual_part
 import numpy as np
 import pytest
 
@@ -26,8 +27,8 @@ def gain_of(*args):
 
 
 def motion_of(unfitted, left, noise, wanted):
-    place = np.arange(len(left))
-    return unfitted.motion(left, clipped(left, noise**2), noise**2, place, wanted)
+    motion = unfitted.motion(left, usual_part(left, noise**2), noise**2)
+    return at(wanted, np.arange(len(left)), motion)
 
 
 def white(deviation, seed=1):
@@ -110,9 +111,9 @@ def test_nothing_left_is_no_motion():
 def test_a_single_large_rest_is_clipped_and_a_vibration_is_not():
     left = white(NOISE)
     left[700] = 0.1
-    assert np.abs(clipped(left, NOISE**2)).max() < 5.0 * NOISE
+    assert np.abs(usual_part(left, NOISE**2)).max() < 5.0 * NOISE
     rest = vibration(5e-3, 0.37)
-    np.testing.assert_array_equal(clipped(rest, NOISE**2), rest)
+    np.testing.assert_array_equal(usual_part(rest, NOISE**2), rest)
 
 
 def test_white_noise_shows_hardly_any_motion():

@@ -2,14 +2,15 @@
 
 How rough the motion of a servo is and how noisy its encoder is, nobody knows. So splines of
 several roughnesses (spline_fit) compete. Each counts by how well it has predicted samples from the
-others (leave-one-out cross-validation, Stone 1974). What they leave of the samples is interpolated
-and added as far as it is motion (unfitted_motion).
+others (leave-one-out cross-validation, Stone 1974). What they leave of the samples is added as far
+as it is motion (unfitted_motion), and what they lack between these (between_samples).
 """
 
 from dataclasses import dataclass
 
+from nodlidar_assembler.clouds.between_samples import aliases, at, LAGS
 from nodlidar_assembler.clouds.spline_fit import fit, KNOT, KNOT_NS, ROUGHNESS, Splines, value
-from nodlidar_assembler.clouds.unfitted_motion import clipped, LAGS, UnfittedMotion
+from nodlidar_assembler.clouds.unfitted_motion import UnfittedMotion, usual_part
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
@@ -141,8 +142,9 @@ class PitchSmoother:
         splines = fit(window.place, window.pitch, noise, window.weight, window.intensity)
         new = self._learn(splines, window, noise, start_ns)
         share = np.exp(self._score - np.logaddexp.reduce(self._score))
-        left = window.pitch - share @ splines.pitch
-        usual = clipped(left, self._rounding)
+        fitted = share @ splines.pitch
+        left = window.pitch - fitted
+        usual = usual_part(left, self._rounding)
         if new.start < new.stop:
             self._scans += 1
             if self._scans % LEARN_EVERY == 0:
@@ -150,8 +152,8 @@ class PitchSmoother:
         place = (start_ns - window.first_knot * KNOT_NS) / KNOT_NS + offset / KNOT
         smooth = value(share @ splines.coefficients, place)
         variance = float(share @ noise[:, 0])
-        unfitted = self._unfitted.motion(left, usual, variance, window.place, place)
-        pitch = middle + (smooth + unfitted)
+        unfitted = self._unfitted.motion(left, usual, variance) + aliases(window.place, fitted)
+        pitch = middle + (smooth + at(place, window.place, unfitted))
         largest = np.maximum.reduce(np.abs(window.pitch[1:] - window.pitch[:-1]), initial=0.0)
         beyond = largest / 2.0 + 2.0 * self._cell
         return np.asarray(np.minimum(np.maximum(pitch, line - beyond), line + beyond))

@@ -7,6 +7,17 @@ what is between the samples. Where a spline misses a sharp reversal, three neigh
 the gain is larger there.
 """
 
+from nodlidar_assembler.clouds.between_samples import (
+    clipped,
+    FALL,
+    FREQUENCIES,
+    LAGS,
+    lines,
+    PHASES,
+    responses,
+    spread,
+    WIDTHS,
+)
 from nodlidar_assembler.clouds.white_noise import cosines
 import numpy as np
 from numpy.typing import NDArray
@@ -14,38 +25,15 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 MEMORY = 0.992  # weight of a sample, over that of the next one
-LAGS = 8  # samples; with more, less of a short vibration is seen
-PHASES = 4  # of an interval between samples, at which the motion is computed
-# Power of a vibration falls with this power of its frequency. Samples do not show whether it is
-# below half their rate or above, so both count as likely as they are. With 2, the motion is nearly
-# a line from sample to sample; with 4, vibrations above half the rate do harm.
-FALL = 3.0
-ALIASES = 6  # multiples of the rate, of which a vibration is above or below
-CLIPPED = 4.5  # medians; what is left of a sample counts up to that, as its stamp may be bad
 EVIDENT = 2.0  # a median square over the noise, which that of white noise seldom exceeds
 SURELY_WHITE = 2.0  # of the white noise that was found: it is the least of its spectrum
 LEAST_POWER = 1e-30  # of a frequency, so that none is no motion [rad^2]
 NEARLY = 0.95  # of the learned gain: neighbours that show as much leave nothing to clip
 USUAL = 0.67  # median of a normal distribution's size over its standard deviation
 
-_FREQUENCIES = np.linspace(0.0, 0.5, 2 * LAGS + 1)  # per sample
-_WIDTHS = np.full(len(_FREQUENCIES), 1.0 / (2 * LAGS))  # shares of all frequencies, each
-_WIDTHS[[0, -1]] /= 2.0
 _TAPER = 1.0 - np.arange(LAGS + 1) / (LAGS + 1.0)  # Bartlett's window
-_COSINES = cosines(2.0 * np.pi * _FREQUENCIES, _TAPER)
-
-
-def _responses() -> Array:
-    """Return what a gain of 1 at each frequency adds at distances from a sample, (f, d)."""
-    frequency = np.abs(_FREQUENCIES[:, None] + np.arange(-ALIASES, ALIASES + 1))
-    likely = np.maximum(frequency, 1e-6) ** -FALL
-    likely *= _WIDTHS[:, None] / likely.sum(axis=1, keepdims=True)
-    distance = np.arange(-LAGS * PHASES, LAGS * PHASES + 1) / PHASES
-    waves = np.cos(2.0 * np.pi * frequency[:, :, None] * distance)
-    return np.asarray(np.einsum('fa,fad->fd', likely, waves))
-
-
-_RESPONSES = _responses()
+_COSINES = cosines(2.0 * np.pi * FREQUENCIES, _TAPER)
+_RESPONSES = responses(FALL)
 
 
 class UnfittedMotion:
@@ -93,16 +81,14 @@ class UnfittedMotion:
         surely = products[0] - noise * count + min(SURELY_WHITE * white, noise) * influence[0]
         self._surely = memory * self._surely + float(surely)
         motion = np.maximum(self._motion @ _COSINES, 0.0)
-        power = float(_WIDTHS @ motion)
+        power = float(WIDTHS @ motion)
         share = min(max(self._surely, 0.0) / power, 1.0) if power else 0.0
         gain = share * motion / np.maximum(self._left @ _COSINES, share * motion + LEAST_POWER)
-        self.gain = float(_WIDTHS @ gain)
+        self.gain = float(WIDTHS @ gain)
         self._kernel = gain @ _RESPONSES
 
-    def motion(
-        self, left: Array, usual: Array, noise: float, place: Array, wanted: Array
-    ) -> Array:
-        """Return the motion in what is left of samples at the places wanted [rad].
+    def motion(self, left: Array, usual: Array, noise: float) -> Array:
+        """Return the motion in what is left of samples, at and between these [rad].
 
         Parameters
         ----------
@@ -110,28 +96,18 @@ class UnfittedMotion:
             What is left of samples, and the same clipped [rad], shape (n,).
         noise
             Variance of the samples [rad^2].
-        place, wanted
-            Of the samples, ascending, and of the motion, both on the same scale.
         """
         gain = evident(left, noise)
         if not self.gain:
-            return np.interp(wanted, place, gain * left)
-        index = np.arange(len(left))
-        fine = np.arange((len(left) - 1) * PHASES + 1) / PHASES
-        apart = np.zeros(len(fine))
-        apart[::PHASES] = usual
-        learned = np.convolve(apart, self._kernel)[LAGS * PHASES :][: len(fine)]
+            return lines(gain * left)
+        learned = spread(usual, self._kernel)
         beyond = np.where(gain > NEARLY * self.gain, gain * left - learned[::PHASES], 0.0)
-        motion = learned + np.interp(fine, index, beyond)
-        return np.interp(wanted, np.interp(fine, index, place), motion)
+        return learned + lines(beyond)
 
 
-def clipped(left: Array, noise: float) -> Array:
+def usual_part(left: Array, noise: float) -> Array:
     """Return what is left of samples (n,) [rad], no larger than usual, with a noise [rad^2]."""
-    size = np.abs(left)
-    median = float(np.partition(size, len(size) // 2)[len(size) // 2])
-    limit = CLIPPED * max(median, USUAL * noise**0.5)
-    return np.asarray(np.minimum(np.maximum(left, -limit), limit))
+    return clipped(left, USUAL * noise**0.5)
 
 
 def evident(left: Array, noise: float) -> Array:
