@@ -9,6 +9,7 @@ from nodlidar_assembler.clouds.joint_history import JointHistory, JointSamples
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
 from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
+from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.repeats import RepeatedScanError
 from nodlidar_assembler.waiting import WaitingConfig, WaitingLine
 from nodlidar_common.nod import NS_PER_S
@@ -158,6 +159,10 @@ class ScanAssembler:
                 yield self._without_odometry(scan, samples, odometry)
             else:
                 yield self._assemble(scan, samples, odometry)
+
+    def rest(self) -> list[Points]:
+        """Return the clouds that are left when no more scans come, the last one without end."""
+        return self._pipeline.rest()
 
     def _samples_around(self, scan: Scan, overdue: bool) -> JointSamples | str | None:
         """Return the joint samples around a scan, the reason to drop it, or None to wait."""

@@ -98,6 +98,16 @@ def of_pipeline(bag, config):
     return assemble_log(log, config)
 
 
+def assert_continues(last, cloud):
+    """Assert that the last cloud has what was seen since a cloud ended."""
+    _, message, points = last
+    begin_s = (time_ns(message.header.stamp) - cloud.time_ns[-1]) / 1e9
+    assert len(points) > 100
+    if 'time' in points.dtype.names:
+        assert 0.0 < begin_s < 0.05
+        assert points['time'][0] == 0.0
+
+
 @pytest.mark.parametrize(
     ('estimator', 'cloud_mode', 'ego_motion'),
     [
@@ -111,6 +121,8 @@ def test_they_are_the_pipeline_s(driving_bag, tmp_path, estimator, cloud_mode, e
     expected, drops = of_pipeline(driving_bag, config)
     summary = write_clouds(driving_bag, tmp_path / 'out.mcap', config, TOPICS)
     found = clouds_in(tmp_path / 'out.mcap')
+    if cloud_mode == 'sweep':
+        assert_continues(found.pop(), expected[-1])
     assert len(found) == len(expected) > 0
     # At either end the log as a whole lacks the same joint states and odometry, called otherwise.
     assert summary.assembler.drops.total() == drops.total()
@@ -126,6 +138,21 @@ def test_they_are_the_pipeline_s(driving_bag, tmp_path, estimator, cloud_mode, e
                 np.testing.assert_allclose(points[name], cloud.data[name], atol=2e-6)
             else:
                 np.testing.assert_array_equal(points[name], cloud.data[name])
+
+
+@pytest.mark.parametrize('sweeps_per_cloud', [1, 2, 3, 20])
+def test_clouds_of_sweeps_have_the_points_of_all_scans(bag, tmp_path, sweeps_per_cloud):
+    """The recording ends within a sweep; with 20 there is no whole cloud."""
+    points = [
+        write_clouds(bag, tmp_path / f'{number}.ply', config, TOPICS).counts['points']
+        for number, config in enumerate(
+            (
+                AssemblerConfig(),
+                AssemblerConfig(cloud_mode='sweep', sweeps_per_cloud=sweeps_per_cloud),
+            )
+        )
+    ]
+    assert points[0] == points[1] > 20_000
 
 
 @pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])

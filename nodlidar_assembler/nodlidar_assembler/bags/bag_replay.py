@@ -62,7 +62,7 @@ class BagReplay:
         self._config, self._publish, self._tf = config, publish, tf
         self._publish_level = publish_level
         self._level_scanner = None if publish_level is None else LevelScanner(config)
-        self._now_ns = 0
+        self._now_ns, self._in_odometry = 0, False
         if tf is None:
             self.assembler = MessageAssembler(config, lambda: '')
         else:
@@ -92,22 +92,27 @@ class BagReplay:
                     self._publish_ready()
 
     def finish(self) -> None:
-        """Publish or drop the scans that still wait, as when their deadlines are over."""
+        """Publish what is left: scans that wait, as at their deadlines, and the last sweep."""
         while self.assembler.is_waiting:  # for joint samples, then for odometry
             self._now_ns += round(self._config.deadline * NS_PER_S) + 1
             self._publish_ready()
+        self._publish_clouds(self.assembler.rest())
 
     def _publish_ready(self) -> None:
         for outcome in self.assembler.ready(self._now_ns):
             if (assembled := outcome.assembled) is None:
                 continue
             self._publish_level_scans(assembled)
-            for cloud in assembled.clouds:
-                frame = self._config.frame_id
-                if assembled.in_odometry:
-                    frame = frame_of(cloud.origin, self._config.odom_frame)
-                self.counts.update(clouds=1, points=len(cloud.data))
-                self._publish(cloud, frame, self._now_ns)
+            self._in_odometry = assembled.in_odometry
+            self._publish_clouds(assembled.clouds)
+
+    def _publish_clouds(self, clouds: list[Points]) -> None:
+        for cloud in clouds:
+            frame = self._config.frame_id
+            if self._in_odometry:
+                frame = frame_of(cloud.origin, self._config.odom_frame)
+            self.counts.update(clouds=1, points=len(cloud.data))
+            self._publish(cloud, frame, self._now_ns)
 
     def _publish_level_scans(self, assembled: Assembled) -> None:
         if self._level_scanner is None or self._publish_level is None:

@@ -212,8 +212,16 @@ class Pipeline:
         self._silence.heard(scan.stamp_ns)
         if (jumped or silent) and self._sweeps is not None:
             self._sweeps.end()
-        clouds = self._gathered(points)
+        clouds = [points] if len(points.data) else []
+        if self._sweeps is not None:
+            clouds = self._sweeps.add_scan(points)
+        clouds = [deskewed(cloud, self._deskew_to) for cloud in clouds]
         return Assembled(scan, beams, pitch, placed, clouds, in_odometry, poses, points, jumped)
+
+    def rest(self) -> list[Points]:
+        """Return the clouds that are left when no more scans come, the last one without end."""
+        left = [] if self._sweeps is None else self._sweeps.rest()
+        return [deskewed(cloud, self._deskew_to) for cloud in left]
 
     def _points(self, scan: Scan, placed: Placed, beams: Beams, poses: Poses | None) -> Points:
         given = placed, beams, scan.stamp_ns, scan.intensities
@@ -239,10 +247,3 @@ class Pipeline:
         mixed = find_mixed_pixels(scan.ranges, scan.geometry, self._config)
         self.mixed_pixels += int(np.count_nonzero(mixed))
         return np.where(mixed, np.float32(np.nan), scan.ranges)
-
-    def _gathered(self, points: Points) -> list[Points]:
-        """Return the clouds that the points of the latest scan complete."""
-        clouds = [points] if len(points.data) else []
-        if self._sweeps is not None:
-            clouds = self._sweeps.add_scan(points)
-        return [deskewed(cloud, self._deskew_to) for cloud in clouds]

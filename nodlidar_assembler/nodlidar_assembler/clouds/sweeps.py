@@ -65,6 +65,12 @@ class SweepGatherer:
             self._ended.append(joined(self._scans))
         self._scans, self._since_cut = [], 0
 
+    def rest(self) -> list[Points]:
+        """Return the clouds that are left when no more scans come, the last one without end."""
+        self.end()
+        clouds, self._ended = self._ended, []
+        return [cloud for cloud in clouds if cloud is not None]
+
     def restart(self) -> None:
         """End the cloud, and forget the reversals, as when the clock was set."""
         self.end()
