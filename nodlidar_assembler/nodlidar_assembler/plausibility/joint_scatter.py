@@ -17,9 +17,13 @@ class JointScatter:
         self._joint_name = joint_name
         self._noise = WhiteNoise()
         self._new: list[tuple[int, float]] = []
+        self._last_ns: int | None = None
 
     def add(self, sample: tuple[int, float]) -> None:
-        """Add a sample [ns], [rad]."""
+        """Add a sample [ns], [rad]; one that was sent twice counts once."""
+        if sample[0] == self._last_ns:
+            return
+        self._last_ns = sample[0]
         self._new.append(sample)
         if len(self._new) == _AT_ONCE:  # the noise is learned from the last samples only
             self._learned()
