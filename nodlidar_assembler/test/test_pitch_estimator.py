@@ -128,6 +128,17 @@ def test_a_reversal_in_a_gap_is_refused(name):
         )
 
 
+def test_samples_that_each_came_with_a_scan_show_no_usual_gap():
+    """A scan of one instant that a sample has needs no other."""
+    estimator, instant = PitchEstimator(EstimatorConfig()), np.zeros(1)
+    times_ns, pitch = START_NS + np.array([0, 50_000_000]), np.array([0.1, 0.2])
+    for time_ns, one in zip(times_ns, pitch, strict=True):
+        sample = np.array([time_ns]), np.array([one])
+        np.testing.assert_allclose(estimator.pitch(int(time_ns), instant, *sample), one)
+    between = estimator.pitch(START_NS + 25_000_000, instant, times_ns, pitch)
+    np.testing.assert_allclose(between, [0.15])
+
+
 def test_a_gap_on_a_straight_way_is_interpolated():
     stamps_ns, samples = nod_samples(10.0, missing=(0.02, 0.03, 0.04))
     pitch = PitchEstimator(EstimatorConfig()).pitch(START_NS, OFFSET, stamps_ns, samples)

@@ -67,7 +67,7 @@ class RecentSamples:
         """
         kept_ns = (self._time_ns[1:] - self._time_ns[:-1])[self._is_next[1:]]
         gap_ns = time_ns[1:] - time_ns[:-1]
-        if not len(gap_ns):
+        if not len(gap_ns) or not len(kept_ns):
             return False
         usual_ns = np.partition(kept_ns, len(kept_ns) // _SHORTER)[len(kept_ns) // _SHORTER]
         if not (gap_ns > _MISSING * usual_ns).any():
