@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-import time
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.whole_file import check_writable
@@ -131,11 +130,6 @@ def save_keyframes_of(folder: Path, progress: Progress) -> None:
     folder = _expanded(folder)
     folder.mkdir(parents=True, exist_ok=True)
     save_keyframes(folder / KEYFRAMES, progress.keyframes, progress.edges)
-
-
-def folder_by_time(parent: Path) -> Path:
-    """Return a new folder in another one, named by the time, for a map to be saved."""
-    return parent / time.strftime('%Y-%m-%d_%H-%M-%S')
 
 
 def make_parent(parent: Path) -> None:

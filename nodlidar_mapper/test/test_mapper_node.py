@@ -275,6 +275,26 @@ def test_the_map_is_saved_when_the_node_ends_and_never_over_another_one(running,
 
 
 @pytest.mark.parametrize('running', [['-p', 'save_folder:=maps']], indirect=True)
+@pytest.mark.parametrize('at_once', [True, False])
+@pytest.mark.usefixtures('in_tmp_path')
+def test_the_map_before_load_map_is_saved_too(running, tmp_path, at_once):
+    robot, mapper, until = running
+    drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
+    assert call(robot, until, 'save_map', 'base').success
+    moved = [planar(0.6, 0.0, 0.0)]
+    drive(running, 2, moved, moved)
+    assert call(robot, until, 'load_map', 'base').success
+    if not at_once:
+        until(lambda: [*(tmp_path / 'maps').glob('*/map.ply')])
+    drive(running, 3, [np.eye(4)], [np.eye(4)])
+    mapper.output.end()
+    folders = sorted((tmp_path / 'maps').iterdir())
+    assert [{path.name for path in folder.iterdir()} for folder in folders] == [FILES, FILES]
+    keyframes = [load(folder, mapper.config).mapper.keyframes for folder in folders]
+    assert sorted(map(len, keyframes)) == [1, 2]
+
+
+@pytest.mark.parametrize('running', [['-p', 'save_folder:=maps']], indirect=True)
 @pytest.mark.usefixtures('in_tmp_path')
 def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
     _, mapper, until = running

@@ -1,8 +1,11 @@
 """The map in save_folder: saved while the robot drives, and when the node ends."""
 
+from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
+import time
 
 from nodlidar_common.command_line import in_words
 from nodlidar_common.errors import NodlidarError, ParameterError
@@ -11,7 +14,7 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
-from nodlidar_mapper.live import folder_by_time, make_parent, Progress, save, save_keyframes_of
+from nodlidar_mapper.live import make_parent, Progress, save, save_keyframes_of
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 PERIOD = 30.0  # s
@@ -35,20 +38,28 @@ class KeptMap:
 
     def __init__(self, config: MapperConfig, log: RcutilsLogger) -> None:
         self._config, self._log = config, log
-        self._thread = Background()
+        self._thread, self._finishing = Background(), Background()
+        self._ended: deque[tuple[Path, Progress]] = deque()  # not saved yet
+        self._folders: set[Path] = set()
         if config.save_folder:
             _check(config.save_folder)
         self.begin()
 
-    def begin(self) -> None:
-        """Take another map, which begins."""
+    def begin(self, ended: Progress | None = None) -> None:
+        """Take another map, which begins; the one that ended is saved."""
+        if ended is not None and self._config.save_folder:
+            self._ended.append((self._own_folder(), ended))
         self._folder: Path | None = None
         self._saved: Sequence[Keyframe] = []
         self._wait()
 
     def step(self, progress: Progress | None) -> None:
-        """Save the keyframes if it is time and they have changed."""
+        """Save a map that ended, or the keyframes if it is time and they have changed."""
         self._thread.deliver()
+        self._finishing.deliver()
+        if self._ended and not self._finishing.busy:
+            last = self._ended.popleft()
+            self._finishing.start(lambda: self._save(*last), lambda _: None)
         if progress is None or not self._config.save_folder or steady_ns() < self._after_ns:
             return
         if self._thread.busy or self._saved == progress.keyframes:
@@ -63,11 +74,15 @@ class KeptMap:
         self._thread.start(job, lambda _: None)
 
     def end(self, progress: Progress | None) -> None:
-        """Save the map."""
+        """Save the map, and those before it that were not saved yet."""
         self._thread.end()
-        if progress is None or not self._config.save_folder:
-            return
-        folder = self._own_folder()
+        self._finishing.end()
+        while self._ended:
+            self._save(*self._ended.popleft())
+        if progress is not None and self._config.save_folder:
+            self._save(self._own_folder(), progress)
+
+    def _save(self, folder: Path, progress: Progress) -> None:
         with self._telling():
             save_keyframes_of(folder, progress)
             self._log.info(f"keyframes saved in '{folder.absolute()}', the other files follow")
@@ -78,8 +93,20 @@ class KeptMap:
 
     def _own_folder(self) -> Path:
         if self._folder is None:
-            self._folder = folder_by_time(Path(self._config.save_folder))
+            self._folder = self._new_folder()
         return self._folder
+
+    def _new_folder(self) -> Path:
+        """Return a folder that is named by the time, and no map's yet."""
+        parent, name = Path(self._config.save_folder), time.strftime('%Y-%m-%d_%H-%M-%S')
+        names = (name if number == 1 else f'{name}_{number}' for number in count(1))
+        free = (
+            parent / each
+            for each in names
+            if parent / each not in self._folders and not (parent / each).expanduser().exists()
+        )
+        self._folders.add(folder := next(free))
+        return folder
 
     @contextmanager
     def _telling(self) -> Iterator[None]:

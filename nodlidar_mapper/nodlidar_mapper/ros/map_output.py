@@ -80,8 +80,8 @@ class MapOutput:
 
     def begin(self) -> None:
         """Forget the map that was drawn: another one begins."""
+        self._kept.begin(self.progress)
         self.progress, self._draw_after_ns, self._drawn = None, 0, []
-        self._kept.begin()
 
     def step(self) -> None:
         """Take what is ready, and start what is next; raise what failed."""
