@@ -24,6 +24,7 @@ from nodlidar_common.serial_port import open_port
 from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices import x_table
 from nodlidar_sim.devices.device import SilentDevice
+from nodlidar_sim.devices.faults import EchoingDevice
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
@@ -105,6 +106,16 @@ def test_what_answers_shows_the_fault(at_lidar, at_servo, expected):
 def test_a_servo_of_protocol_2_answers():
     with PseudoTerminals({'servo': Protocol2()}) as ports:
         assert ask(Port('servo', ports['servo'])) == Answer('servo', 'model 1030', 1_000_000, 1)
+
+
+def test_an_adapter_that_echoes_hides_no_fault():
+    plain, echoing = servo(wheel=True), EchoingDevice(servo(wheel=True))
+    answers = []
+    for device in (plain, echoing):
+        with PseudoTerminals({'servo': device}) as ports:
+            answers.append(ask(Port('servo', ports['servo'])))
+    assert answers[0] == answers[1]
+    assert 'wheel mode' in answers[1].wrong_mode
 
 
 @pytest.mark.parametrize('device', ['lidar', 'servo'])

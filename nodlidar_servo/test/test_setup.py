@@ -31,7 +31,7 @@ from nodlidar_servo.setup.search import answers, Found, is_shared, rare_trials, 
 from nodlidar_sim.devices import rx_table as rx
 from nodlidar_sim.devices import x_table as x
 from nodlidar_sim.devices.device import SilentDevice
-from nodlidar_sim.devices.faults import FaultyDevice
+from nodlidar_sim.devices.faults import EchoingDevice, FaultyDevice
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
 from nodlidar_sim.devices.shared_bus import SharedBus
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
@@ -258,6 +258,41 @@ def test_replies_that_come_late_on_a_busy_host_are_not_those_of_a_second_servo(
     with Line(device)(servo.bit_rate) as port:
         found = Found(packets, round(servo.bit_rate), 1)
         assert not is_shared(port, found, where.present, where.present_size)
+
+
+class EchoingLine(Line):
+    """A port whose adapter echoes."""
+
+    @contextmanager
+    def __call__(self, rate):
+        self.device.host_bit_rate = rate
+        yield VirtualPort(EchoingDevice(self.device), self.clock)
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+@pytest.mark.parametrize('registers', [{}, {'RETURN_LEVEL': 0}])
+def test_an_echo_is_no_servo(kind, table, registers):
+    device = make(kind, {getattr(table, name): value for name, value in registers.items()})
+    result = EchoingLine(device).set_up()
+    assert result.before.found.servo_id == 1
+    ready = READY_RX if table is rx else READY_X
+    assert values(device, ready) == ready
+    assert EchoingLine(device).set_up().changes == []
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+def test_servos_behind_an_echo_are_told_apart(kind, table):
+    servos = [make(kind, servo_id=servo_id) for servo_id in (3, 7, 1)]
+    with pytest.raises(SeveralServosError, match=r' 1, 3, 7;'):
+        EchoingLine(SharedBus(servos)).set_up()
+    twins = make(kind, pitch=0.3), make(kind, pitch=-0.2, return_delay=0)
+    with pytest.raises(SharedIdError, match='two servos have this ID'):
+        EchoingLine(SharedBus(twins)).set_up()
+
+
+def test_an_echo_alone_is_no_servo():
+    with pytest.raises(NoServoError):
+        EchoingLine(SilentDevice()).set_up()
 
 
 @pytest.mark.parametrize(('kind', 'table'), KINDS)

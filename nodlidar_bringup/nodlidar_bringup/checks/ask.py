@@ -14,6 +14,7 @@ import time
 from nodlidar_bringup.checks.ports import Answer, LIDAR, Port, SERVO
 from nodlidar_common.errors import PortError
 from nodlidar_common.serial_port import close_port, open_port, port_errors, TCP
+from nodlidar_servo.bus.packets import Answer as ServoAnswer
 from nodlidar_servo.bus.packets import PacketFormat, PROTOCOL_1, PROTOCOL_2
 from nodlidar_servo.models.models import MODELS
 from nodlidar_servo.setup.registers import HEAD, protocol_of, registers_of
@@ -100,11 +101,16 @@ def _request(
     request: tuple[int, int, bytes],
     wait: float = _SERVO_PATIENCE,
 ) -> tuple[int, bytes] | None:
-    """Return ID and data of the first sound answer to a request, None if there is none."""
-    received = _exchange(
-        path, rate, packets.encode(*request), wait, lambda got: answers(packets, got)
-    )
-    found = answers(packets, received)
+    """Return ID and data of the first sound answer to a request, None if there is none.
+
+    What the adapter may echo of the request is no answer.
+    """
+    sent = packets.encode(*request)
+
+    def found_in(received: bytes) -> list[ServoAnswer]:
+        return answers(packets, received.removeprefix(sent))
+
+    found = found_in(_exchange(path, rate, sent, wait, found_in))
     return (found[0].servo_id, found[0].data) if found else None
 
 

@@ -137,7 +137,9 @@ def exchange(
     wait: float,
     size: int = _BYTES,
 ) -> bytes:
-    """Send a request; return what comes back.
+    """Send a request other than a ping; return what comes back, without an adapter's echo.
+
+    The echo of a ping of one ID may be the reply of a servo.
 
     Parameters
     ----------
@@ -148,10 +150,21 @@ def exchange(
     wait, size
         The reply ends after so long [s], or earlier with so many bytes.
     """
+    sent = packets.encode(*request)
+    received = _exchanged(port, sent, wait, size)
+    echoes = received and received[: len(sent)] == sent[: len(received)]
+    if echoes and len(received) == size:
+        with port_errors():
+            received += port.read(len(sent))
+    return received.removeprefix(sent) if echoes else received
+
+
+def _exchanged(port: SerialPort, sent: bytes, wait: float, size: int = _BYTES) -> bytes:
+    """Send bytes; return what comes back."""
     with port_errors():
         port.reset_input_buffer()
         port.timeout = wait
-        port.write(packets.encode(*request))
+        port.write(sent)
         return port.read(size)
 
 
@@ -195,12 +208,15 @@ _STATUS_2 = re.compile(rb'(?=\xff\xff\xfd\x00[\x00-\xfc](..)\x55)', re.DOTALL)
 def _all_ids(port: SerialPort, trial: Trial) -> Sequence[int]:
     packets = trial.packets
     wait = reply_wait(trial.baud_rate, OVERHEADS) + _LATER[packets.version]
-    received = exchange(port, packets, (BROADCAST, PING, b''), wait)
+    ping = packets.encode(BROADCAST, PING, b'')
+    received = _exchanged(port, ping, wait)
+    echoes = received.startswith(ping)  # as no servo has this ID
+    received = received.removeprefix(ping)
     found = sorted({answer.servo_id for answer in answers(packets, received)})
     size = packets.answer_overhead + (_PING_DATA if packets is PROTOCOL_2 else 0)
     if len(received) <= len(found) * size or not _is_noise_of_servos(received):
         return found
-    return sorted({*found, *_one_by_one(port, trial)})
+    return sorted({*found, *_one_by_one(port, trial, echoes)})
 
 
 def _is_noise_of_servos(received: bytes) -> bool:
@@ -208,9 +224,10 @@ def _is_noise_of_servos(received: bytes) -> bool:
     return any(byte >= 0x80 for byte in received)
 
 
-def _one_by_one(port: SerialPort, trial: Trial) -> Iterator[int]:
+def _one_by_one(port: SerialPort, trial: Trial, echoes: bool) -> Iterator[int]:
     """Yield the IDs that answer when asked alone, also with noise: then two have that ID."""
     wait = reply_wait(trial.baud_rate, OVERHEADS)
     for servo_id in range(LAST_ID + 1):
-        if exchange(port, trial.packets, (servo_id, PING, b''), wait):
+        ping = trial.packets.encode(servo_id, PING, b'')
+        if _exchanged(port, ping, wait).removeprefix(ping if echoes else b''):
             yield servo_id

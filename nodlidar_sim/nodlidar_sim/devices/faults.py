@@ -1,4 +1,4 @@
-"""A device with bad wiring, for tests of its hosts."""
+"""Devices with bad wiring, for tests of their hosts."""
 
 from nodlidar_sim.devices.device import Device
 from nodlidar_sim.devices.faulty_line import FaultyLine
@@ -59,3 +59,32 @@ class FaultyDevice(FaultyLine):
         received = self.to_device.carry(held, now_ns)
         if received:
             self._device.receive(received, now_ns)
+
+
+class EchoingDevice:
+    """A device behind an adapter that also sends back what the host sends, as on one wire.
+
+    Parameters
+    ----------
+    device
+        The emulated device.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._echo, self._came_ns = b'', 0
+
+    def receive(self, data: bytes, now_ns: int) -> None:
+        """Pass bytes of the host to the device, and back."""
+        self._echo += data
+        self._came_ns = now_ns
+        self._device.receive(data, now_ns)
+
+    def transmit(self, now_ns: int) -> bytes:
+        """Return the bytes that are due, the echo first."""
+        echo, self._echo = self._echo, b''
+        return echo + self._device.transmit(now_ns)
+
+    def next_event_ns(self) -> int | None:
+        """Return when bytes are next due, or the device's next event [ns]."""
+        return self._came_ns if self._echo else self._device.next_event_ns()
