@@ -73,8 +73,7 @@ class Page:
     @property
     def address(self) -> str:
         """The address for a browser on this machine."""
-        host = 'localhost' if self._config.host == '0.0.0.0' else self._config.host
-        return f'http://{host}:{self._server.get_port()}'
+        return web_address(self._config.host, self._server.get_port())
 
     @property
     def gui(self) -> viser.GuiApi:
@@ -134,6 +133,12 @@ class Page:
         except (AttributeError, TypeError, ValueError):
             return False
         return is_local(str(address), headers.get('Origin'), headers.get('Host'))
+
+
+def web_address(host: str, port: int) -> str:
+    """Return the address for a browser on this machine of a page served on a host and port."""
+    here = {'0.0.0.0': 'localhost', '::': '::1'}.get(host, host)
+    return f'http://[{here}]:{port}' if ':' in here else f'http://{here}:{port}'
 
 
 def _check_host(host: str) -> None:

@@ -3,6 +3,7 @@
 from dataclasses import asdict
 import socket
 import threading
+from urllib.parse import urlsplit
 from urllib.request import urlopen
 
 from browser import browsing
@@ -11,7 +12,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
 from nodlidar_viewer.config import ViewerConfig
 from nodlidar_viewer.controls import ADAPTS, Controls, PROFILE
-from nodlidar_viewer.page import is_local, Page
+from nodlidar_viewer.page import is_local, Page, web_address
 from nodlidar_viewer.recent_points import RecentPoints
 import numpy as np
 import pytest
@@ -44,6 +45,15 @@ def test_the_widest_limits_of_a_nod_are_on_the_slider(page):
 def test_a_host_that_is_not_this_machine_is_refused(host):
     with pytest.raises(ParameterError, match="'host' must be an address of this machine"):
         Page(ViewerConfig(host=host), lambda: ('', b''))
+
+
+@pytest.mark.parametrize(
+    ('host', 'shown'),
+    [('127.0.0.1',) * 2, ('0.0.0.0', 'localhost'), ('::1', '[::1]'), ('::', '[::1]')],
+)
+def test_the_address_is_one_that_a_browser_opens(host, shown):
+    assert web_address(host, 8080) == f'http://{shown}:8080'
+    assert urlsplit(web_address(host, 8080)).port == 8080
 
 
 def test_a_cloud_is_drawn_chunk_by_chunk(page):
