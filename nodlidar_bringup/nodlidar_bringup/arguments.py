@@ -12,12 +12,13 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.ldrobot import LD19
 from nodlidar_common.parameter_file import file_values, read_parameters, sections
 from nodlidar_common.parameters import check as check_parameters
 from nodlidar_common.parameters import check_ranges, limits_of, misspelt
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
-from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.config import DriverConfig, LdrobotConfig
 from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
@@ -36,7 +37,7 @@ _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
 _FASTEST = 1000.0  # [Hz], of robot_state_publisher, which counts in milliseconds
 # Moves the transforms into the namespace of a node, as nav2 does for several robots.
 OWN_TF = ('--ros-args', '-r', '/tf:=tf', '-r', '/tf_static:=tf_static')
-# The servo's file is for one of two nodes: see servo_config. The mapper's: see _configuration.
+# Servo and driver are one of two nodes: see servo_config and check. The mapper's: _configuration.
 _CONFIGURATIONS: dict[str, type[Any]] = {
     'driver': DriverConfig,
     'assembler': AssemblerConfig,
@@ -65,7 +66,8 @@ def check(values: Mapping[str, str]) -> None:
     if values['tf_rate']:
         tf_rate(values['tf_rate'])
     for name in ('driver_params', 'servo_params', 'assembler_params', 'viewer_params'):
-        check_parameter_file(name, values[name], values['namespace'])
+        config = LdrobotConfig if (name, values['lidar']) == ('driver_params', LD19) else None
+        check_parameter_file(name, values[name], values['namespace'], config)
     if values['hardware'] == 'sim':
         for name, models in (('lidar', LIDARS), ('servo', SERVOS)):
             if values[name] and values[name] not in models:
@@ -274,7 +276,9 @@ def check_frame_prefix(text: str) -> None:
         raise ParameterError('frame_prefix', allowed, text)
 
 
-def check_parameter_file(name: str, path: str, namespace: str) -> None:
+def check_parameter_file(
+    name: str, path: str, namespace: str, config_class: type[Any] | None = None
+) -> None:
     """Raise ParameterError if a parameter file is missing or malformed, or a value out of range.
 
     ROS itself would start the node with its defaults if the file is missing, and the node would
@@ -286,6 +290,8 @@ def check_parameter_file(name: str, path: str, namespace: str) -> None:
         The launch argument, and the file.
     namespace
         The namespace of the node.
+    config_class
+        The class of its parameters; by default that of the argument.
     """
     try:
         file = read_parameters(path)
@@ -295,7 +301,7 @@ def check_parameter_file(name: str, path: str, namespace: str) -> None:
     full = full_name(namespace, node)
     if node != name and not sections(full, file):
         print(f"'{path}' sets nothing: it has no section '/**' or '{full}'", file=sys.stderr)
-    config_class = _configuration(node)
+    config_class = config_class or _configuration(node)
     if config_class is None:
         return
     try:

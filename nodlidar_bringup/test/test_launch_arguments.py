@@ -138,6 +138,18 @@ def test_a_wrong_argument_is_named_with_what_is_allowed(values, name, value, wor
     assert '\n' not in str(caught.value)
 
 
+@pytest.mark.parametrize('lidar', ['LD19', 'URG-04LX-UG01'])
+def test_the_parameters_of_an_ld19_are_those_of_its_driver(values, tmp_path, lidar):
+    path = tmp_path / 'driver.yaml'
+    path.write_text('/**:\n  ros__parameters: {least_confidence: 300}\n')
+    found = values | {'lidar': lidar, 'driver_params': str(path)}
+    if lidar == 'LD19':
+        with pytest.raises(NodlidarError, match="'least_confidence' must be between 0 and 255"):
+            check(found)
+    else:
+        check(found)  # has no such parameter, like all nodes of the file but one
+
+
 @pytest.mark.parametrize('content', ['[1, 2', '- a', 'text', '\x80', ''])
 def test_a_file_that_holds_no_parameters_is_named(values, tmp_path, content):
     path = tmp_path / 'wrong.yaml'
