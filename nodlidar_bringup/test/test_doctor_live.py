@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 import json
+import math
 import threading
 import time
 
@@ -12,9 +13,12 @@ from nodlidar_common.ros.executor import Executor
 from nodlidar_msgs.msg import NodCommand
 import pytest
 import rclpy
+from rclpy.clock import Clock as RosClock
+from rclpy.clock import ClockType
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from tf2_msgs.msg import TFMessage
 
@@ -136,6 +140,26 @@ def test_a_joint_whose_position_is_missing_is_a_fault(capsys):
         servo.create_timer(0.05, lambda: states.publish(state))
         messages = subjects(capsys, '--namespace', '/short/')['messages']
     assert 'no joint position' in [finding['check'] for finding in messages]
+
+
+@pytest.mark.parametrize(('behind', 'fault'), [(0.0, False), (30.0, True)])
+def test_stamps_of_simulated_time_are_compared_with_its_clock(capsys, behind, fault):
+    with spinning_node('servo', 'simulated', use_sim_time=True) as servo:
+        clock = servo.create_publisher(Clock, '/clock', 1)
+        states = servo.create_publisher(JointState, 'joint_states', 5)
+        begin_ns = time.monotonic_ns()
+
+        def publish():
+            now_ns = 10**18 + time.monotonic_ns() - begin_ns
+            clock.publish(Clock(clock=Time(nanoseconds=now_ns).to_msg()))
+            state = JointState(name=['nod_joint'], position=[0.4 * math.sin(now_ns / 1e9)])
+            state.header.stamp = Time(nanoseconds=now_ns - round(behind * 1e9)).to_msg()
+            states.publish(state)
+
+        steady = RosClock(clock_type=ClockType.STEADY_TIME)
+        servo.create_timer(0.05, publish, clock=steady)
+        messages = subjects(capsys, '--namespace', '/simulated')['messages']
+    assert ('stamps in the past' in [each['check'] for each in messages]) is fault, messages
 
 
 def test_clouds_of_slow_sweeps_are_no_fault(capsys):

@@ -115,6 +115,8 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
     settings = settings_of(node, {name: keys for name, keys in wanted.items() if name in running})
     if settings.get(f'{space}/servo') == {}:  # a node that has not all of them answers with none
         settings |= settings_of(node, {f'{space}/servo': _OF_ROS2_CONTROL})
+    others = [name for name, values in settings.items() if not values]  # such as drivers of others
+    settings |= settings_of(node, dict.fromkeys(others, ('use_sim_time',)))
     lifecycle = [name for name in running if name in {f'{space}/{n}' for n in LIFECYCLE}]
     settings = {name.rsplit('/', 1)[-1]: values for name, values in settings.items()}
     lasts = _cloud_lasts(settings.get('assembler', {}), watch.sweep_duration)
@@ -126,7 +128,7 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
     return (
         [
             Section('nodes', check_graph(graph)),
-            Section('messages', _of_messages(watch, lasts, prefix)),
+            Section('messages', _of_messages(watch, lasts, prefix, bool(on_sim_time))),
             Section('transforms', check_frames(frames)),
             Section('mount', _of_mount(watch, frames)),
             Section('diagnostics', check_diagnostics(watch.statuses, space)),
@@ -170,8 +172,12 @@ def _listen(watch: SystemWatch, seconds: float, lasts: float) -> None:
     watch.listen(seconds)
 
 
-def _of_messages(watch: SystemWatch, lasts: float, prefix: str) -> list[Finding]:
-    traffic = [watch.traffic(name, lasts if name == 'points' else 0.0) for name in SOURCES]
+def _of_messages(
+    watch: SystemWatch, lasts: float, prefix: str, on_sim_time: bool
+) -> list[Finding]:
+    traffic = [
+        watch.traffic(name, lasts if name == 'points' else 0.0, on_sim_time) for name in SOURCES
+    ]
     of_topics = [finding for each in traffic for finding in check_traffic(each)]
     return [*of_topics, *check_content(watch.content(f'{prefix}nod_joint'))]
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from tf2_msgs.msg import TFMessage
 
@@ -55,6 +56,9 @@ class SystemWatch:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._arrivals: dict[str, list[tuple[int, Any]]] = defaultdict(list)
+        self._clock_ahead_ns = 0  # of this computer's clock, the latest /clock
+        self._clock_ahead_at: dict[str, list[int]] = defaultdict(list)  # each arrival
+        node.create_subscription(Clock, '/clock', self._ticked, LISTENING)
         self.parents: dict[str, set[str]] = defaultdict(set)
         self.transforms: dict[str, Any] = {}
         self._statuses: dict[str, Status] = {}
@@ -81,8 +85,16 @@ class SystemWatch:
         executor.remove_node(self._node)
 
     def _keeper(self, name: str) -> Any:
-        kept = self._arrivals[name]
-        return lambda message: kept.append((time.time_ns(), message))
+        kept, ahead = self._arrivals[name], self._clock_ahead_at[name]
+
+        def keep(message: Any) -> None:
+            kept.append((time.time_ns(), message))
+            ahead.append(self._clock_ahead_ns)
+
+        return keep
+
+    def _ticked(self, message: Clock) -> None:
+        self._clock_ahead_ns = time_ns(message.clock) - time.time_ns()
 
     def _commanded(self, message: NodCommand) -> None:
         self.sweep_duration = message.sweep_duration
@@ -132,12 +144,17 @@ class SystemWatch:
             tuple(sorted(types)),
         )
 
-    def traffic(self, name: str, lasts: float = 0.0) -> Traffic:
-        """Return the messages of a topic, of which each lasts for some time [s]."""
+    def traffic(self, name: str, lasts: float = 0.0, on_sim_time: bool = False) -> Traffic:
+        """Return the messages of a topic, of which each lasts for some time [s].
+
+        On simulated time, their ages are by /clock.
+        """
         came = self._arrivals[name]
         stamps = [time_ns(message.header.stamp) for _, message in came]
         arrivals = [arrival for arrival, _ in came]
-        stamped = [(a, s) for a, s in zip(arrivals, stamps, strict=True) if s]
+        ahead = self._clock_ahead_at[name] if on_sim_time else [0] * len(came)
+        by_clock = [arrival + each for arrival, each in zip(arrivals, ahead, strict=True)]
+        stamped = [(a, s) for a, s in zip(by_clock, stamps, strict=True) if s]
         steps = np.diff([stamp for _, stamp in stamped]) * 1e-9
         published = self._node.count_publishers(self._node.resolve_topic_name(name)) > 0
         return Traffic(
