@@ -342,6 +342,15 @@ def test_packets_lost_anywhere_in_a_revolution_are_gaps_and_counted(begin, count
     assert lost + 450 * missing == pytest.approx(12 * count, abs=25 if missing else 1)
 
 
+@pytest.mark.parametrize(('begin', 'left'), [(482, 1), (480, 2), (482, 4), (460, 3)])
+def test_the_few_packets_that_are_left_of_a_revolution_have_the_right_time(begin, left):
+    """The lidar's timer has whole milliseconds, of which few packets do not tell the rate."""
+    rig = Rig(ppm=300.0, change=changed(lambda packet: [], lambda n: 0 <= n - begin < 37 - left))
+    scans = rig.read(14)
+    assert max(np.isnan(scan.ranges).sum() for scan in scans) > 200
+    assert max(np.abs(rig.errors(scan)[0]).max() for scan in scans) < 0.8
+
+
 def test_a_window_without_a_beam_is_an_error_but_not_one_whose_beams_are_lost():
     with pytest.raises(DeviceError, match=r'no beam is between 3\.1415 and 3\.1416 rad'):
         Rig(window=(3.1415, 3.1416)).read(100)

@@ -26,6 +26,7 @@ _SEAM_SHARE, _SEAM, _SEAM_PACKETS = 0.2, 0.05, 3
 _MOST_REFUSED = 20  # packets in a row; then the one before them was wrong
 _FEWEST = 2 * POINTS  # beams of a revolution that tell its speed
 _ROUNDING = 0.05  # of a beam; the speed is not even
+_RATE_OFF = 0.02  # of the beams, RMS
 _BEAMS = np.arange(POINTS)
 
 
@@ -200,19 +201,32 @@ def _revolution(packets: list[_Placed], lap: int) -> Revolution | None:
     points = np.stack([p.points for p in packets])[within]
     distances, confidences = np.full(count, np.nan), np.zeros(count)
     distances[beam - begin], confidences[beam - begin] = points['distance'], points['confidence']
-    beam_ms, taken_ms = np.polyfit(firsts + POINTS - 1 - begin, timer_ms, 1)
+    taken_ms, beam_ms = _times(firsts + POINTS - 1 - begin, timer_ms)
     return Revolution(
         distances,
         confidences,
         angle=float(at_first - before * angle_step),
         angle_step=float(angle_step),
-        taken_ms=float(taken_ms),
-        beam_ms=float(beam_ms),
+        taken_ms=taken_ms,
+        beam_ms=beam_ms,
         first=begin,
         lap=lap,
         lost=int(np.isnan(distances).sum()),
         uneven=float(np.abs(at_first + (beam - beam[0]) * angle_step - angle).max()),
     )
+
+
+def _times(beam: Array, timer_ms: Array) -> tuple[float, float]:
+    """Return the time of beam 0, and from beam to beam [ms], of beams at whole ms, shape (n,).
+
+    Few packets hardly tell the rate of the beams, but it is known to _RATE_OFF.
+    """
+    usual_ms = 1e3 / POINT_RATE
+    rounding, off = 12.0**-0.5, _RATE_OFF * usual_ms  # RMS
+    away, middle = beam - beam.mean(), timer_ms.mean()
+    information = float(away @ away) / rounding**2 + 1.0 / off**2
+    beam_ms = (float(away @ timer_ms) / rounding**2 + usual_ms / off**2) / information
+    return float(middle - beam_ms * beam.mean()), beam_ms
 
 
 def _missing(beams: float) -> int:
