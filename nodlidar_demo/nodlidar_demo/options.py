@@ -1,19 +1,22 @@
 """Checks of the options that both demos have: their folder and their duration."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 import shutil
 
 from nodlidar_common.errors import ParameterError
 
 MARK = '.nodlidar_demo'
-"""File of a folder whose bag is that of a demo."""
+"""File in the bag of a demo."""
 
 LONGEST = 3600.0
 """Of a demo [s]; a longer recording may not fit into memory."""
 
 
-def bag_folder(output: Path) -> Path:
-    """Return where a demo writes its bag, made ready: that of an earlier demo is deleted.
+@contextmanager
+def new_bag(output: Path) -> Iterator[Path]:
+    """Yield where a demo writes its bag; that of an earlier demo is deleted.
 
     Raises
     ------
@@ -22,14 +25,18 @@ def bag_folder(output: Path) -> Path:
     OSError
         If the folder cannot be written.
     """
-    bag, mark = output / 'bag', output / MARK
-    if bag.exists() and not mark.exists():
+    bag = output / 'bag'
+    if bag.exists() and not (bag / MARK).exists():
         raise ParameterError('--output', "that of an earlier demo, or without 'bag'", str(output))
     output.mkdir(parents=True, exist_ok=True)
-    mark.touch()
     if bag.exists():
         shutil.rmtree(bag)
-    return bag
+    try:
+        yield bag
+    finally:
+        if bag.is_dir():
+            with suppress(OSError):  # as of a full disk, which the demo has told
+                (bag / MARK).touch()
 
 
 def check_duration(seconds: float) -> None:

@@ -1,13 +1,15 @@
 """The demo of the mapper, on a short drive."""
 
+from contextlib import suppress
 import errno
 import os
+import shutil
 
 from matplotlib.image import imread
 from nodlidar_common.errors import ParameterError
 from nodlidar_demo.commands import demo_mapping as module
 from nodlidar_demo.commands.entry_points import demo_mapping
-from nodlidar_demo.options import bag_folder
+from nodlidar_demo.options import new_bag
 import numpy as np
 import pytest
 
@@ -43,15 +45,25 @@ def test_the_bag_of_an_earlier_demo_is_replaced_and_no_other(tmp_path, capsys):
     bag = tmp_path / 'bag'
     bag.mkdir()
     (bag / 'mine').touch()
-    with pytest.raises(ParameterError, match='earlier demo'):
-        bag_folder(tmp_path)
+    with pytest.raises(ParameterError, match='earlier demo'), new_bag(tmp_path):
+        pass
     assert demo_mapping(['--output', str(tmp_path)]) == 2
     assert (bag / 'mine').exists()
     (bag / 'mine').unlink()
     bag.rmdir()
     for _ in range(2):
-        assert not bag_folder(tmp_path).exists()
-        bag.mkdir()
+        with new_bag(tmp_path) as mine:
+            assert not mine.exists()
+            mine.mkdir()
+    shutil.rmtree(bag)
+    with suppress(KeyboardInterrupt), new_bag(tmp_path) as mine:
+        mine.mkdir()
+        raise KeyboardInterrupt  # a demo that was ended early
+    with new_bag(tmp_path):
+        pass  # one that ended before it wrote a bag
+    bag.mkdir()
+    with pytest.raises(ParameterError, match='earlier demo'), new_bag(tmp_path):
+        pass
 
 
 def test_a_full_disk_is_told_with_the_path(tmp_path, capsys, monkeypatch):

@@ -17,7 +17,7 @@ from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.whole_file import named, whole_file
-from nodlidar_demo.options import bag_folder, check_duration
+from nodlidar_demo.options import check_duration, new_bag
 from nodlidar_mapper.commands.map_bag import main as map_bag
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_sim.bag import write_bag
@@ -54,8 +54,8 @@ def main(argv: Sequence[str] | None) -> None:
     n_s = profile.samples_per_sweep
     nod = Nod(profile.pitch_min, profile.pitch_max, n_s / SIMULATED_RATE, n_s, START_NS)
     output: Path = options.output
-    bag = bag_folder(output)
-    with console.status(f'driving {options.duration:.0f} s through {options.scene}'):
+    driving = f'driving {options.duration:.0f} s through {options.scene}'
+    with new_bag(output) as bag, console.status(driving):
         drive = simulate(scene, nod, options.duration, options.seed, start_ns=START_NS)
         with named(bag):
             write_bag(drive, bag)

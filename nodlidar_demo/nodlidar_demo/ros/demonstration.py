@@ -24,7 +24,7 @@ from nodlidar_demo.evaluation import (
     points_of_log,
     surface_rms,
 )
-from nodlidar_demo.options import bag_folder
+from nodlidar_demo.options import new_bag
 from nodlidar_demo.pictures import write_picture
 from nodlidar_demo.report import Distances, print_report
 from nodlidar_demo.ros.recorder import Recorder
@@ -59,12 +59,15 @@ def demonstrate(options: argparse.Namespace) -> None:
     """
     console = Console()
     scene = load_scene(options.scene, options.route, ideal=options.ideal)
-    output, bag = options.output, bag_folder(options.output)
+    output = options.output
     keep_apart()
     arguments = launch_arguments(options.scene, options.route, scene)
     if options.ideal:
         arguments.append('ideal:=true')
-    with launched_sensor(output / 'launch.log', *arguments) as sensor:
+    with (
+        new_bag(output) as bag,
+        launched_sensor(output / 'launch.log', *arguments) as sensor,
+    ):
         record(bag, options.duration, sensor, console, adapts=True)
     with console.status('Measuring'):
         log, distances = _measured(bag, scene)
