@@ -107,6 +107,41 @@ def test_it_coasts_to_rest_without_torque_and_time_at_rest_is_skipped():
     assert abs(servo.position(np.array([much_later + 1000 * MS]))[0]) < 0.02
 
 
+def test_after_time_that_was_skipped_the_history_is_as_long_as_ever():
+    servo = PhysicalServo(RX24F, 0.2, history=2.0)
+    servo.set_goal(NOW, 0.5, 3.0)
+    servo.brake(NOW + 1000 * MS)
+    later = NOW + 60_000 * MS + np.arange(-2000, 0) * MS
+    assert len(set(servo.position(later))) == 1
+    with pytest.raises(ParameterError, match='the start of the history'):
+        servo.position(later[:1] - 10 * MS)
+
+
+@pytest.mark.parametrize('name', ['rx24f', 'xl330'])
+def test_a_lidar_without_torque_falls_also_if_nobody_looks(name):
+    """Friction holds the shaft only as long as the motor does."""
+    pitches = []
+    for seconds in ([14], range(4, 15)):
+        servo = PhysicalServo(load_servo(name), 0.9)
+        servo.set_goal(NOW, 1.0, 2.0)
+        servo.brake(NOW + 3000 * MS)
+        pitches.append([servo.position(np.array([NOW + s * 1000 * MS]))[0] for s in seconds][-1])
+    assert pitches[0] == pytest.approx(pitches[1], abs=1e-9)
+    assert pitches[0] > 1.29  # the stop
+
+
+@pytest.mark.parametrize('torque', [True, False])
+def test_a_servo_that_is_only_read_keeps_no_more_than_twice_its_history(torque):
+    servo = PhysicalServo(RX24F, 0.2, history=1.0)
+    servo.set_goal(NOW, 0.5, 3.0)
+    if not torque:
+        servo.brake(NOW + 1000 * MS)
+    for tenth in range(1, 200):
+        servo.measured(NOW + tenth * 100 * MS)
+        servo.position(NOW + (tenth * 100 - np.arange(60, 0, -5)) * MS)
+    assert len(servo._states) <= 2000 + 101
+
+
 @settings(max_examples=30)
 @given(
     st.lists(

@@ -19,7 +19,8 @@ Times = NDArray[np.int64]
 Number = TypeVar('Number', float, Array)
 
 PERIOD_NS = round(PERIOD * NS_PER_S)
-_IDLE = 10_000  # periods at rest without torque, beyond which time is skipped
+_IDLE = 10_000  # periods without torque, beyond which those at rest are skipped
+_STILL = (1e-12, 1e-9, 1e-12, 1e-9)  # change of Bodies in a period, below which they rest
 _SHAFT, _LIDAR = 0, 2  # places in Bodies
 
 
@@ -151,12 +152,6 @@ class PhysicalServo:
             self._first = period
         self._advance(period)
         del self._states[self._index(period) + 1 :]
-        surplus = len(self._states) - 2 * self._kept
-        if surplus > 0:
-            drop = len(self._states) - math.ceil(self._kept)
-            del self._states[:drop]
-            self._first += drop
-            self._since_ever = False
 
     def _index(self, period: int) -> int:
         """Return the place of a period in the history; raises ParameterError before it."""
@@ -168,23 +163,35 @@ class PhysicalServo:
         return period - self._first
 
     def _advance(self, period: int) -> None:
-        """Integrate up to the start of a period."""
+        """Integrate up to the start of a period, after dropping what is older than the history."""
         if self._first is None:
             return
-        missing = period - self._first - len(self._states) + 1
-        if missing > _IDLE and self._target is None and self._states[-1].motion[1] == 0.0:
-            self._skip(missing - 1)
+        if len(self._states) > 2 * self._kept:
+            self._drop(len(self._states) - math.ceil(self._kept))
+        last = self._first + len(self._states) - 1
+        idle = self._target is None and period - last > max(_IDLE, self._kept)
         state = self._states[-1]
-        for number in range(self._first + len(self._states) - 1, period):
-            state = self._next(state, number)
+        for number in range(last, period):
+            before, state = state, self._next(state, number)
             self._states.append(state)
+            left = period - number - 1
+            if idle and left and _is_still(before.motion, state.motion):
+                self._rest(left)
+                break
 
-    def _skip(self, periods: int) -> None:
-        assert self._first is not None
+    def _rest(self, periods: int) -> None:
+        """Stay where the bodies are for some periods."""
         last = self._states[-1]
         cooled = last.warmth * math.exp(-periods * PERIOD / self.parameters.warming_time)
-        self._first += len(self._states) - 1 + periods
-        self._states = [last._replace(warmth=cooled)]
+        kept = min(periods, math.ceil(self._kept) + 1)
+        self._drop(len(self._states) + periods - kept)
+        self._states = [last._replace(warmth=cooled)] * kept
+
+    def _drop(self, periods: int) -> None:
+        """Forget the oldest periods."""
+        assert self._first is not None
+        del self._states[:periods]
+        self._first += periods
         self._since_ever = False
 
     def _next(self, state: State, period: int) -> State:
@@ -219,6 +226,11 @@ class PhysicalServo:
         at = periods - (self._first + begin)
         part = np.maximum(times - periods * PERIOD_NS, 0) / PERIOD_NS
         return _hermite(part, positions[at], positions[at + 1], velocities[at], velocities[at + 1])
+
+
+def _is_still(before: Bodies, after: Bodies) -> bool:
+    """Return whether a period changed nothing, as at rest or pressed against a stop."""
+    return all(abs(b - a) < most for b, a, most in zip(before, after, _STILL, strict=True))
 
 
 def _hermite(
