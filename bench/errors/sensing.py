@@ -1,7 +1,7 @@
 """How the error depends on the servo's feedback: its rate and the resolution of the encoder.
 
-An RX-24F by physics, whose loop has the same feedback, with its encoder or a finer one; and an
-ideal servo beside it.
+An RX-24F by physics, whose loop has the same feedback, with its encoder or a finer one that is no
+more linear; and an ideal servo beside it.
 """
 
 from dataclasses import replace
@@ -10,6 +10,7 @@ import math
 
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_sim.simulation import Recording
+from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo_section import load_servo
 
 from bench.errors.accuracy import MIXED_PIXEL_ANGLE, pitch_rms, points_rms
@@ -40,7 +41,7 @@ def column(estimator: str, servo: str) -> str:
 
 def _row(rate: float, bits: int) -> Row:
     sensor = replace(joints_at(rate), joint_tick=TICKS[bits])
-    real = real_room(DURATION, sensor, servo=replace(load_servo('rx24f'), tick=TICKS[bits]))
+    real = real_room(DURATION, sensor, servo=_servo(TICKS[bits]))
     ideal = simulated_room(DURATION, sensor=sensor)
     return {
         'joint states [Hz]': rate,
@@ -49,6 +50,18 @@ def _row(rate: float, bits: int) -> Row:
         'distance of the points [mm]': points_rms(real, 'slerp', MIXED_PIXEL_ANGLE) * 1e3,
         **_errors(ideal, IDEAL),
     }
+
+
+def _servo(tick: float) -> ServoParameters:
+    """Return an RX-24F with another encoder [rad], whose noise is as many of its steps."""
+    servo = load_servo('rx24f')
+    ratio = servo.tick / tick
+    return replace(
+        servo,
+        tick=tick,
+        encoder_nonlinearity=servo.encoder_nonlinearity * ratio,
+        margin=servo.margin * ratio,
+    )
 
 
 def _errors(simulated: Recording, servo: str) -> Row:
