@@ -22,6 +22,7 @@ FALL = 3.0
 # A spline with the least jerk takes vibrations for the slowest that have these samples.
 SPLINE_FALL = 6.0
 ALIASES = 6  # multiples of the rate, of which a vibration is above or below
+CACHED = 64  # numbers of samples
 CLIPPED = 4.5  # medians; more is a reversal, or a bad stamp
 
 FREQUENCIES = np.linspace(0.0, 0.5, 2 * LAGS + 1)  # per sample
@@ -88,22 +89,31 @@ def aliases(place: Array, pitch: Array) -> Array:
         return np.zeros((len(place) - 1) * PHASES + 1)
     gap = place[1:] - place[:-1]
     slope = (pitch[1:] - pitch[:-1]) / gap
-    bend = 2.0 * (slope[1:] - slope[:-1]) / (gap[1:] + gap[:-1])
-    usual_gap = np.partition(gap, len(gap) // 2)[len(gap) // 2]
-    bends = np.zeros(len(place))
-    bends[1:-1] = usual_gap**2 * clipped(bend)
-    return spread(bends, _ALIAS_KERNEL)
+    bend = (slope[1:] - slope[:-1]) / (gap[1:] + gap[:-1])
+    return np.asarray(_of_bends(len(place)) @ (2.0 * _median(gap) ** 2 * clipped(bend)))
 
 
 def clipped(values: Array, least: float = 0.0) -> Array:
     """Return values (n,), no larger than is usual for them, where the median is at least one."""
-    size = np.abs(values)
-    median = float(np.partition(size, len(size) // 2)[len(size) // 2])
-    limit = CLIPPED * max(median, least)
+    limit = CLIPPED * max(_median(np.abs(values)), least)
     return np.asarray(np.minimum(np.maximum(values, -limit), limit))
 
 
-@lru_cache
+def _median(values: Array) -> float:
+    middle = len(values) // 2
+    ordered = values.copy()
+    ordered.partition(middle)
+    return float(ordered[middle])
+
+
+@lru_cache(CACHED)
+def _of_bends(count: int) -> Array:
+    """Return the matrix from the bends at so many samples but the ends to what splines lack."""
+    each = np.eye(count)[1:-1]
+    return np.array([spread(one, _ALIAS_KERNEL) for one in each]).T
+
+
+@lru_cache(CACHED)
 def _fine(count: int) -> Array:
     """Return the places at and between so many samples, in samples."""
     return np.arange((count - 1) * PHASES + 1) / PHASES
