@@ -72,7 +72,7 @@ def hot_paths() -> dict[str, Action]:
         'scan to points, slerp, per-beam odometry': _scan_action('slerp', True),
         **_message_and_coverage(),
         'decoding the 682 ranges of a scan': _decoding(),
-        'simulated second of the room': _simulation,
+        'simulation of a second, with its start': _simulation,
         'choice of N_s': lambda: quick_choice(FULL_CIRCLE, samples_in_band(Task())[::50], 0.0),
         'choice of the next sweep': _next_sweep(),
     }
