@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 import math
 
 from nodlidar_common.errors import ParameterError
@@ -120,7 +121,8 @@ def simulate(
     true_pose = pose = Odometer(world.base, Effects(), start_ns).poses(samples_ns)
     if effects.affect_odometry:
         pose = Odometer(world.base, effects, start_ns, odometry_seed).poses(samples_ns)
-    true_range = ranges = _in_pieces(world.ranges, beams_ns, sensor.azimuth)
+    undisturbed = partial(world.ranges, elevation=scene.lidar.elevation)
+    true_range = ranges = _in_pieces(undisturbed, beams_ns, sensor.azimuth)
     if not scene.lidar.ideal:
         lidar = Lidar(scene.lidar, world, start_ns, lidar_seed)
         ranges = _in_pieces(lidar.ranges, beams_ns, sensor.azimuth)

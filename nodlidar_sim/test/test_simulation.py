@@ -5,6 +5,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.effects import Effects, imperfect, range_faults
+from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.nod_motion import triangle_motion
 from nodlidar_sim.world.scene import load_scene, parse_scene, scene_names
 from nodlidar_sim.world.sensor_model import SensorModel
@@ -29,6 +30,18 @@ def with_effects(name='room', **effects):
 @pytest.fixture(scope='module')
 def room():
     return record(load_scene('room', ideal=True))
+
+
+def test_beams_that_rise_have_their_true_ranges():
+    """A floor 1 m below; the front beams rise by 0.1 rad over the scan plane."""
+    floor = 'sensor: {optical_offset: 0.0}\nobjects:\n  floor: {shapes: [{plane: '
+    scene = parse_scene(floor + '{point: [0, 0, 0], normal: [0, 0, 1]}}]}', 'floor')
+    scene = dataclasses.replace(scene, lidar=LidarParameters(elevation=0.1))
+    seen = simulate(scene, Nod(-0.6, -0.4, 1.0, 10240, 0), 1.0)
+    front = int(np.argmin(np.abs(seen.azimuth)))
+    expected = 1.0 / np.sin(-(seen.true_pitch[:, front] + 0.1))
+    np.testing.assert_allclose(seen.true_range[:, front], expected, rtol=1e-4)
+    np.testing.assert_allclose(seen.ranges[:, front], expected, rtol=1e-3)
 
 
 def test_a_scan_is_stamped_with_its_first_measured_beam(room):
