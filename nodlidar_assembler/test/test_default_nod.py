@@ -2,7 +2,7 @@
 
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_planner.commands.plan_scan import find
-from nodlidar_planner.pattern.servo import MAX_ACCELERATION, MAX_SPEED, shortest_by_mean_speed
+from nodlidar_planner.pattern.nod_speeds import MAX_ACCELERATION, MAX_SPEED, shortest_by_mean_speed
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.options import parse, Request
 import pytest

@@ -19,7 +19,7 @@ from nodlidar_common.parameters import check_ranges, limits_of, misspelt
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_driver.config import DriverConfig, LdrobotConfig
-from nodlidar_planner.pattern.servo import MAX_SPEEDS
+from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_sim.devices.make_devices import LIDARS, SERVOS

@@ -27,7 +27,7 @@ from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import Nod
 from nodlidar_common.parameters import limits_of, misspelt
-from nodlidar_planner.pattern.servo import MAX_SPEEDS, shortest_by_mean_speed
+from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS, shortest_by_mean_speed
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.models.models import MODELS

@@ -6,7 +6,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.ldrobot import BIT_RATE
 from nodlidar_common.parameters import parameter
 from nodlidar_driver.scip.identity import Capabilities
-from nodlidar_driver.scip.scan import scan_window, ScanWindow
+from nodlidar_driver.scip.scan_window import scan_window, ScanWindow
 
 _REVOLUTION = 0.1  # s, nominal time of one scan, sent or skipped
 

@@ -2,8 +2,8 @@
 
 from nodlidar_driver.scip.identity import Capabilities
 from nodlidar_driver.scip.lidar import Lidar
-from nodlidar_driver.scip.scan import scan_window
 from nodlidar_driver.scip.scan_account import ScanAccount
+from nodlidar_driver.scip.scan_window import scan_window
 from nodlidar_driver.scip.scip_port import ScipPort
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort

@@ -6,8 +6,8 @@ from lidar_rig import START_NS
 from nodlidar_common import scip
 from nodlidar_common.errors import DeviceError
 from nodlidar_driver.scip.lidar import Lidar
-from nodlidar_driver.scip.scan import ScanWindow
 from nodlidar_driver.scip.scan_account import ScanAccount
+from nodlidar_driver.scip.scan_window import ScanWindow
 from nodlidar_driver.scip.scip_port import ScipPort
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort

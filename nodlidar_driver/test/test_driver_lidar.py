@@ -6,7 +6,7 @@ from lidar_rig import FULL, Rig, room, START_NS, URG
 from nodlidar_common.host_time import HostTime
 from nodlidar_driver.scip.diagnosis import ScipDiagnosis
 from nodlidar_driver.scip.lidar import Scan
-from nodlidar_driver.scip.scan import scan_window
+from nodlidar_driver.scip.scan_window import scan_window
 from nodlidar_sim.ports.virtual_port import VirtualClock
 import numpy as np
 import pytest

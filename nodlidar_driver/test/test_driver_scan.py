@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import DeviceError
 from nodlidar_driver.scip.identity import Capabilities
-from nodlidar_driver.scip.scan import ranges, scan_window
+from nodlidar_driver.scip.scan_window import ranges, scan_window
 import numpy as np
 import pytest
 

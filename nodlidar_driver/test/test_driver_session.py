@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from lidar_rig import before, FULL, Rig, START_NS
 from nodlidar_common.errors import DeviceError, PortError, StoppedError
 from nodlidar_driver.scip.lidar import Lidar
-from nodlidar_driver.scip.scan import ScanWindow
+from nodlidar_driver.scip.scan_window import ScanWindow
 from nodlidar_driver.scip.scip_answer import STOP
 from nodlidar_driver.scip.scip_client import ScipClient
 from nodlidar_driver.scip.scip_port import ScipPort

@@ -16,7 +16,7 @@ from nodlidar_planner.error_budget.pitch_error import (
     smoothed,
 )
 from nodlidar_planner.error_budget.swing import Swing
-from nodlidar_planner.pattern.servo import MAX_SPEEDS
+from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_planner.pattern.task import Task
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.world.servo.encoder import Encoder

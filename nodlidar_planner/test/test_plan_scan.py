@@ -19,8 +19,8 @@ from nodlidar_planner.choice.timing_error import UnderError
 from nodlidar_planner.commands import plan_scan as module
 from nodlidar_planner.commands.entry_points import plan_scan
 from nodlidar_planner.holes.hole import Hole
+from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_planner.pattern.pattern import Pattern
-from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_planner.pattern.task import AZIMUTH_OF_STEP_0, Task
 from nodlidar_planner.plan_scan import progress
 from nodlidar_planner.plan_scan.options import objective_of, parse, Request

@@ -4,7 +4,7 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_planner.pattern.servo import MIN_SPEED, PITCH_ERROR
+from nodlidar_planner.pattern.nod_speeds import MIN_SPEED, PITCH_ERROR
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.schedule import even_rows
 from nodlidar_planner.sweeps.single_sweep import LEAST_ADVANCE, single_sweep

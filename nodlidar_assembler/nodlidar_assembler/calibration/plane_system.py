@@ -19,7 +19,7 @@ from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.noise import noise_variance
 from nodlidar_assembler.calibration.plane_search import Labels, PATCH, patches, Plane
 from nodlidar_assembler.calibration.relief import Relief
-from nodlidar_assembler.calibration.sandwich import inverse_of, spread_of, standard_errors
+from nodlidar_assembler.calibration.robust_covariance import inverse_of, spread_of, standard_errors
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,7 +5,7 @@ import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
-from nodlidar_planner.pattern.servo import (
+from nodlidar_planner.pattern.nod_speeds import (
     MAX_ACCELERATION,
     MAX_SPEED,
     shortest_by_mean_speed,

@@ -3,7 +3,7 @@
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_common.nod import Nod, NS_PER_S
-from nodlidar_planner.pattern.servo import shortest_by_mean_speed
+from nodlidar_planner.pattern.nod_speeds import shortest_by_mean_speed
 
 # Speed of the way [rad/s], and time to settle [s]: what an RX-24F needs from any nod.
 SPEED, SETTLING = 3.0, 0.3

@@ -4,7 +4,7 @@ import array
 
 from nodlidar_common.ros.messages import time_message
 from nodlidar_driver.scip.identity import Capabilities
-from nodlidar_driver.scip.scan import ScanWindow
+from nodlidar_driver.scip.scan_window import ScanWindow
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan, TimeReference

@@ -7,8 +7,8 @@ from nodlidar_common.errors import PortError
 from nodlidar_driver.clock.device_clock import DeviceClock, ScanTime
 from nodlidar_driver.clock.time_mode import enough_replies
 from nodlidar_driver.scip.identity import Capabilities
-from nodlidar_driver.scip.scan import ranges, ScanWindow
 from nodlidar_driver.scip.scan_account import ScanAccount, SETTLING, TIMESTAMP
+from nodlidar_driver.scip.scan_window import ranges, ScanWindow
 from nodlidar_driver.scip.scip_client import RawScan, ScipClient
 from nodlidar_driver.scip.scip_port import ScipPort
 import numpy as np

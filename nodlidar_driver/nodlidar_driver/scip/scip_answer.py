@@ -7,7 +7,7 @@ from nodlidar_common.errors import DeviceError
 from nodlidar_common.guard import StopRequest
 from nodlidar_common.scip import ScipError
 from nodlidar_driver.scip import scip_status as status_of
-from nodlidar_driver.scip.scan import ScanWindow
+from nodlidar_driver.scip.scan_window import ScanWindow
 
 # The first line feed ends the rest of a broken command. 0E is the answer in time mode, in which
 # the laser is off.

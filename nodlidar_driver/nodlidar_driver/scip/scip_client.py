@@ -12,8 +12,8 @@ from nodlidar_driver.base.reader import READ_TIMEOUT
 from nodlidar_driver.clock.time_mode import TimeReply
 from nodlidar_driver.scip import identity
 from nodlidar_driver.scip import scip_status as status_of
-from nodlidar_driver.scip.scan import ScanWindow
 from nodlidar_driver.scip.scan_account import CHECKSUM, INCOMPLETE, RESYNC, VERIFYING
+from nodlidar_driver.scip.scan_window import ScanWindow
 from nodlidar_driver.scip.scip_answer import (
     message_length,
     quit_status,

@@ -14,7 +14,7 @@ from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.coverage.coverage import MAX_SAMPLES_PER_SWEEP
 from nodlidar_planner.error_budget.parameters import ErrorParameters, SERVO_ERRORS
 from nodlidar_planner.pattern.band import USEFUL_SWEEP
-from nodlidar_planner.pattern.servo import (
+from nodlidar_planner.pattern.nod_speeds import (
     MAX_ACCELERATION,
     MAX_SPEED,
     MAX_SPEEDS,

@@ -7,8 +7,8 @@ from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.plan import Plan
 from nodlidar_planner.holes.hole import largest_hole
+from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
-from nodlidar_planner.pattern.servo import MAX_SPEEDS
 from nodlidar_planner.pattern.task import STEEPEST, Task
 import numpy as np
 

@@ -8,7 +8,7 @@ depend on the timing of reversals.
 import math
 
 from nodlidar_planner.pattern.band import coprime_from
-from nodlidar_planner.pattern.servo import MIN_SPEED, PITCH_ERROR
+from nodlidar_planner.pattern.nod_speeds import MIN_SPEED, PITCH_ERROR
 from nodlidar_planner.pattern.task import Task
 
 # Least advance in a revolution, in cells; a larger error is left to the sweeps after. And the
