@@ -15,7 +15,7 @@ import time
 from typing import Any
 
 from nodlidar_common.nod import Nod, NS_PER_S
-from nodlidar_planner.pattern.servo import MAX_SPEEDS
+from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.nodding import nodding_servo, SETTLING
 from nodlidar_sim.world.sensor_model import SensorModel
@@ -143,4 +143,8 @@ def _legs(pitch: Array, sweeps: Array) -> tuple[Array, Array, Array]:
             for begin, end in pairwise(level)
         ]
     )
-    return np.abs(pitch[farthest]), sweeps[farthest] - legs[:-1] - 1.0, middles - legs - 0.5
+    before, most, after = (np.abs(pitch[farthest + step]) for step in (-1, 0, 1))
+    bend = np.minimum(before - 2.0 * most + after, -1e-12)
+    peak = 0.5 * (before - after) / bend  # of the parabola through them
+    reversals = sweeps[farthest] + peak * (sweeps[1] - sweeps[0])
+    return most, reversals - legs[:-1] - 1.0, middles - legs - 0.5

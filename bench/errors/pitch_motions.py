@@ -38,7 +38,7 @@ VIBRATION_STEP = 5e-4  # s
 VIBRATIONS = 200  # frequencies of a band
 ENCODERS = range(4)  # seeds
 RATIO = 'trajectory to slerp'
-TITLE = f'RMS pitch error on different motions, N_s = 4001, {DURATION:.0f} s, RX-24F encoder'
+TITLE = f'RMS pitch error by motion, {DURATION:.0f} s at N_s = 4001; encoders of RX-24F and servos'
 
 
 def results() -> list[Row]:
