@@ -56,8 +56,9 @@ class NodeConfig:
     )
     save_folder: str = parameter(
         '',
-        'The map is saved when the node ends, in this folder, into one of its own that is named '
-        'by the time, and its keyframes.npz every 30 s; if empty, it is not saved',
+        'The map is saved when the node ends or another map begins, in this folder, into one of '
+        'its own that is named by the time, and its keyframes.npz every 30 s; if empty, it is '
+        'not saved',
     )
     map_period: float = parameter(
         5.0,

@@ -1,4 +1,4 @@
-"""The map in save_folder: saved while the robot drives, and when the node ends."""
+"""The map in save_folder: saved while the robot drives, and when it or the node ends."""
 
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -18,12 +18,14 @@ from nodlidar_mapper.live import make_parent, Progress, save, save_keyframes_of
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 PERIOD = 30.0  # s
+MOST_WAITING = 2  # maps that ended; a bag in a loop may end them sooner than they can be saved
 
 
 class KeptMap:
     """Saves the keyframes every PERIOD, and all files at the end, each map in its own folder.
 
-    The keyframes take a moment, the other files up to minutes, and a node may be killed.
+    A map ends with the node, or when another one begins. The keyframes take a moment, the other
+    files up to minutes, and a node may be killed: so keyframes come first, each in its own thread.
 
     Parameters
     ----------
@@ -39,7 +41,8 @@ class KeptMap:
     def __init__(self, config: MapperConfig, log: RcutilsLogger) -> None:
         self._config, self._log = config, log
         self._thread, self._finishing = Background(), Background()
-        self._ended: deque[tuple[Path, Progress]] = deque()  # not saved yet
+        self._ended: deque[tuple[Path, Progress]] = deque()  # whose keyframes are not saved yet
+        self._unfinished: deque[tuple[Path, Progress]] = deque()  # whose other files are not
         self._folders: set[Path] = set()
         if config.save_folder:
             _check(config.save_folder)
@@ -54,38 +57,62 @@ class KeptMap:
         self._wait()
 
     def step(self, progress: Progress | None) -> None:
-        """Save a map that ended, or the keyframes if it is time and they have changed."""
+        """Save maps that ended, or the keyframes if it is time and they have changed."""
         self._thread.deliver()
         self._finishing.deliver()
-        if self._ended and not self._finishing.busy:
-            last = self._ended.popleft()
-            self._finishing.start(lambda: self._save(*last), lambda _: None)
-        if progress is None or not self._config.save_folder or steady_ns() < self._after_ns:
+        if self._unfinished and not self._finishing.busy:
+            self._finish_in_background(self._unfinished.popleft())
+        if self._thread.busy:
             return
-        if self._thread.busy or self._saved == progress.keyframes:
-            return
-        self._wait()
-        self._saved, folder = progress.keyframes, self._own_folder()
-
-        def job() -> None:
-            with self._telling():
-                save_keyframes_of(folder, progress)
-
-        self._thread.start(job, lambda _: None)
+        if self._ended:
+            ended = self._ended.popleft()
+            self._add_unfinished(ended)
+            self._save_in_background(ended)
+        elif progress is not None and self._is_due(progress):
+            self._wait()
+            self._saved = progress.keyframes
+            self._save_in_background((self._own_folder(), progress))
 
     def end(self, progress: Progress | None) -> None:
-        """Save the map, and those before it that were not saved yet."""
+        """Save the map, and those before it that were not saved yet, all keyframes first."""
         self._thread.end()
         self._finishing.end()
-        while self._ended:
-            self._save(*self._ended.popleft())
         if progress is not None and self._config.save_folder:
-            self._save(self._own_folder(), progress)
+            self._ended.append((self._own_folder(), progress))
+        for map_in_folder in self._ended:
+            self._save_keyframes(*map_in_folder)
+        for map_in_folder in (*self._unfinished, *self._ended):
+            self._finish(*map_in_folder)
+        self._unfinished.clear()
+        self._ended.clear()
 
-    def _save(self, folder: Path, progress: Progress) -> None:
+    def _is_due(self, progress: Progress) -> bool:
+        """Return whether the keyframes are to be saved now."""
+        wanted = bool(self._config.save_folder) and steady_ns() >= self._after_ns
+        return wanted and self._saved != progress.keyframes
+
+    def _save_in_background(self, map_in_folder: tuple[Path, Progress]) -> None:
+        self._thread.start(lambda: self._save_keyframes(*map_in_folder), lambda _: None)
+
+    def _finish_in_background(self, map_in_folder: tuple[Path, Progress]) -> None:
+        self._finishing.start(lambda: self._finish(*map_in_folder), lambda _: None)
+
+    def _add_unfinished(self, map_in_folder: tuple[Path, Progress]) -> None:
+        """Add a map to those whose other files are to be saved, which wait in memory."""
+        self._unfinished.append(map_in_folder)
+        if len(self._unfinished) > MOST_WAITING:
+            folder, _ = self._unfinished.popleft()
+            self._log.warning(
+                f"maps end faster than they can be saved: '{folder.absolute()}' has only keyframes"
+            )
+
+    def _save_keyframes(self, folder: Path, progress: Progress) -> None:
         with self._telling():
             save_keyframes_of(folder, progress)
-            self._log.info(f"keyframes saved in '{folder.absolute()}', the other files follow")
+
+    def _finish(self, folder: Path, progress: Progress) -> None:
+        with self._telling():
+            self._log.info(f"saving the other files of the map in '{folder.absolute()}'")
             self._log.info(save(folder, progress, self._config, with_keyframes=False))
 
     def _wait(self) -> None:

@@ -79,7 +79,7 @@ class MapOutput:
             )
 
     def begin(self) -> None:
-        """Forget the map that was drawn: another one begins."""
+        """Let another map begin: the one that was drawn is saved if wanted, and forgotten."""
         self._kept.begin(self.progress)
         self.progress, self._draw_after_ns, self._drawn = None, 0, []
 
