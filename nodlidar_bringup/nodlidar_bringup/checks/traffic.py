@@ -15,7 +15,10 @@ LEAST_SHARE = 0.6
 """Share of the messages of long clouds that has to come: one may have begun before the watch."""
 
 LARGEST_FUTURE = 0.02
-"""By how much a stamp may be ahead of this computer's clock [s]."""
+"""By how much a stamp may be ahead of the clock [s]."""
+
+HOST, SIMULATED = "this computer's clock", '/clock'
+"""Clocks with which stamps are compared."""
 
 LARGEST_AGE = 2.0
 """Age of a message's end that is not worth a finding [s]: computing, the wait for odometry."""
@@ -51,6 +54,8 @@ class Traffic:
         Of the sensor, without a slash at the end.
     lasts
         Time from first to last point of a message [s], at most.
+    clock
+        With which ages are measured: HOST or SIMULATED.
     """
 
     topic: str
@@ -62,6 +67,7 @@ class Traffic:
     published: bool = True
     namespace: str = ''
     lasts: float = 0.0
+    clock: str = HOST
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,11 +126,11 @@ def _stamps(traffic: Traffic, name: str) -> list[Finding]:
     findings = []
     age = float(np.median(np.asarray(traffic.ages)))
     if age < -LARGEST_FUTURE:
-        text = f"stamps on {name} are {-age:.2g} s ahead of this computer's clock"
-        findings.append(fault('stamps in the future', text, _synchronise()))
+        text = f'stamps on {name} are {-age:.2g} s ahead of {traffic.clock}'
+        findings.append(fault('stamps in the future', text, _synchronise(traffic.clock)))
     elif age > LARGEST_AGE + traffic.lasts:
-        text = f"stamps on {name} are {age:.2g} s behind this computer's clock"
-        findings.append(fault('stamps in the past', text, _synchronise()))
+        text = f'stamps on {name} are {age:.2g} s behind {traffic.clock}'
+        findings.append(fault('stamps in the past', text, _synchronise(traffic.clock)))
     backwards = sum(step < 0.0 for step in traffic.steps)
     if backwards:
         text = f'stamps on {name} go back {backwards} times'
@@ -134,7 +140,9 @@ def _stamps(traffic: Traffic, name: str) -> list[Finding]:
     return findings
 
 
-def _synchronise() -> str:
+def _synchronise(clock: str) -> str:
+    if clock == SIMULATED:
+        return 'ros2 topic info -v /clock shows who publishes; end all but one, as a second bag'
     return (
         'synchronise the clocks of all computers (sudo apt install chrony; chronyc makestep), or '
         'with a bag: ros2 bag play --clock and use_sim_time'

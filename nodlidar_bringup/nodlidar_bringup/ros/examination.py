@@ -13,7 +13,7 @@ from nodlidar_bringup import arguments
 from nodlidar_bringup.checks.ask import ask
 from nodlidar_bringup.checks.diagnostics import check_diagnostics
 from nodlidar_bringup.checks.finding import fault, Finding
-from nodlidar_bringup.checks.graph import check_graph, is_running, LIFECYCLE, SOURCES
+from nodlidar_bringup.checks.graph import check_graph, Graph, is_running, LIFECYCLE, SOURCES
 from nodlidar_bringup.checks.host import check_host
 from nodlidar_bringup.checks.host_facts import HostWatch
 from nodlidar_bringup.checks.mounting import check_mounting
@@ -128,7 +128,7 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
     return (
         [
             Section('nodes', check_graph(graph)),
-            Section('messages', _of_messages(watch, lasts, prefix, bool(on_sim_time))),
+            Section('messages', _of_messages(watch, lasts, prefix, _stamped_by_clock(graph))),
             Section('transforms', check_frames(frames)),
             Section('mount', _of_mount(watch, frames)),
             Section('diagnostics', check_diagnostics(watch.statuses, space)),
@@ -172,11 +172,26 @@ def _listen(watch: SystemWatch, seconds: float, lasts: float) -> None:
     watch.listen(seconds)
 
 
+def _stamped_by_clock(graph: Graph) -> set[str]:
+    """Return the topics whose node is on simulated time, or another if that does not run.
+
+    Then a bag is played in its place.
+    """
+    nodes = {topic: f'{graph.namespace}/{node}' for topic, node in SOURCES.items()}
+    simulated = graph.on_sim_time
+    return {
+        topic
+        for topic, node in nodes.items()
+        if node in simulated or (simulated and node not in graph.nodes)
+    }
+
+
 def _of_messages(
-    watch: SystemWatch, lasts: float, prefix: str, on_sim_time: bool
+    watch: SystemWatch, lasts: float, prefix: str, on_sim_time: set[str]
 ) -> list[Finding]:
     traffic = [
-        watch.traffic(name, lasts if name == 'points' else 0.0, on_sim_time) for name in SOURCES
+        watch.traffic(name, lasts if name == 'points' else 0.0, name in on_sim_time)
+        for name in SOURCES
     ]
     of_topics = [finding for each in traffic for finding in check_traffic(each)]
     return [*of_topics, *check_content(watch.content(f'{prefix}nod_joint'))]

@@ -9,7 +9,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from nodlidar_bringup.checks.diagnostics import Status
 from nodlidar_bringup.checks.graph import Endpoint, Graph, SOURCES, Topic
-from nodlidar_bringup.checks.traffic import Content, Traffic
+from nodlidar_bringup.checks.traffic import Content, HOST, SIMULATED, Traffic
 from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
@@ -55,9 +55,9 @@ class SystemWatch:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._arrivals: dict[str, list[tuple[int, Any]]] = defaultdict(list)
-        self._clock_ahead_ns = 0  # of this computer's clock, the latest /clock
-        self._clock_ahead_at: dict[str, list[int]] = defaultdict(list)  # each arrival
+        # Of each message its arrival by this computer's clock [ns], and by /clock minus that.
+        self._arrivals: dict[str, list[tuple[int, int, Any]]] = defaultdict(list)
+        self._clock_ahead_ns = 0
         node.create_subscription(Clock, '/clock', self._ticked, LISTENING)
         self.parents: dict[str, set[str]] = defaultdict(set)
         self.transforms: dict[str, Any] = {}
@@ -85,13 +85,8 @@ class SystemWatch:
         executor.remove_node(self._node)
 
     def _keeper(self, name: str) -> Any:
-        kept, ahead = self._arrivals[name], self._clock_ahead_at[name]
-
-        def keep(message: Any) -> None:
-            kept.append((time.time_ns(), message))
-            ahead.append(self._clock_ahead_ns)
-
-        return keep
+        kept = self._arrivals[name]
+        return lambda message: kept.append((time.time_ns(), self._clock_ahead_ns, message))
 
     def _ticked(self, message: Clock) -> None:
         self._clock_ahead_ns = time_ns(message.clock) - time.time_ns()
@@ -150,10 +145,9 @@ class SystemWatch:
         On simulated time, their ages are by /clock.
         """
         came = self._arrivals[name]
-        stamps = [time_ns(message.header.stamp) for _, message in came]
-        arrivals = [arrival for arrival, _ in came]
-        ahead = self._clock_ahead_at[name] if on_sim_time else [0] * len(came)
-        by_clock = [arrival + each for arrival, each in zip(arrivals, ahead, strict=True)]
+        stamps = [time_ns(message.header.stamp) for *_, message in came]
+        arrivals = [arrival for arrival, *_ in came]
+        by_clock = [arrival + ahead * on_sim_time for arrival, ahead, _ in came]
         stamped = [(a, s) for a, s in zip(by_clock, stamps, strict=True) if s]
         steps = np.diff([stamp for _, stamp in stamped]) * 1e-9
         published = self._node.count_publishers(self._node.resolve_topic_name(name)) > 0
@@ -163,19 +157,20 @@ class SystemWatch:
             [(arrival - stamp) * 1e-9 for arrival, stamp in stamped],
             steps.tolist(),
             len(came) - len(stamped),
-            frozenset(message.header.frame_id for _, message in came),
+            frozenset(message.header.frame_id for *_, message in came),
             published,
             self._namespace,
             lasts,
+            SIMULATED if on_sim_time else HOST,
         )
 
     def content(self, joint_name: str) -> Content:
         """Return what scans and joint states say."""
-        scans = [message for _, message in self._arrivals['scan'] if len(message.ranges)]
+        scans = [message for *_, message in self._arrivals['scan'] if len(message.ranges)]
         valid = [float(np.mean(seen(scan))) for scan in scans]
         names: set[str] = set()
         positions = []
-        for _, state in self._arrivals['joint_states']:
+        for *_, state in self._arrivals['joint_states']:
             names.update(state.name)
             if joint_name in state.name:
                 index = list(state.name).index(joint_name)
@@ -187,7 +182,7 @@ class SystemWatch:
     def points(self, frame: str) -> NDArray[np.float64]:
         """Return the latest points in a frame, shape (n, 3)."""
         clouds, count = [], 0
-        for _, cloud in reversed(self._arrivals['points']):
+        for *_, cloud in reversed(self._arrivals['points']):
             if cloud.header.frame_id == frame and count < _MOST_POINTS:
                 clouds.append(coordinates(cloud))
                 count += len(clouds[-1])
