@@ -117,6 +117,19 @@ def test_after_time_that_was_skipped_the_history_is_as_long_as_ever():
         servo.position(later[:1] - 10 * MS)
 
 
+def test_skipped_time_that_is_shorter_than_the_history_leaves_it_whole():
+    servo = PhysicalServo(RX24F, 0.2, history=12.0)
+    servo.set_goal(NOW, 0.5, 3.0)
+    servo.brake(NOW + 1000 * MS)
+    late = NOW + 13_050 * MS
+    servo.position(np.array([late]))
+    begin = servo.position(np.array([late - 11_990 * MS]))[0]  # shortly after the brake
+    other = PhysicalServo(RX24F, 0.2, history=12.0)
+    other.set_goal(NOW, 0.5, 3.0)
+    other.brake(NOW + 1000 * MS)
+    assert begin == other.position(np.array([late - 11_990 * MS]))[0]
+
+
 @pytest.mark.parametrize('name', ['rx24f', 'xl330'])
 def test_a_lidar_without_torque_falls_also_if_nobody_looks(name):
     """Friction holds the shaft only as long as the motor does."""

@@ -183,9 +183,12 @@ class PhysicalServo:
         """Stay where the bodies are for some periods."""
         last = self._states[-1]
         cooled = last.warmth * math.exp(-periods * PERIOD / self.parameters.warming_time)
-        kept = min(periods, math.ceil(self._kept) + 1)
-        self._drop(len(self._states) + periods - kept)
-        self._states = [last._replace(warmth=cooled)] * kept
+        rested, history = last._replace(warmth=cooled), math.ceil(self._kept) + 1
+        if periods < history:
+            self._states += [rested] * periods
+        else:
+            self._drop(len(self._states) + periods - history)
+            self._states = [rested] * history
 
     def _drop(self, periods: int) -> None:
         """Forget the oldest periods."""
