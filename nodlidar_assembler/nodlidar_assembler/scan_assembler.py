@@ -160,9 +160,9 @@ class ScanAssembler:
             else:
                 yield self._assemble(scan, samples, odometry)
 
-    def rest(self) -> list[Points]:
-        """Return the clouds that are left when no more scans come, the last one without end."""
-        return self._pipeline.rest()
+    def flush(self) -> list[Points]:
+        """Return the clouds that are left when no more scans come, also that of an open sweep."""
+        return self._pipeline.flush()
 
     def _samples_around(self, scan: Scan, overdue: bool) -> JointSamples | str | None:
         """Return the joint samples around a scan, the reason to drop it, or None to wait."""

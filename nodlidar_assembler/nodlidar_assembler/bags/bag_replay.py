@@ -96,7 +96,7 @@ class BagReplay:
         while self.assembler.is_waiting:  # for joint samples, then for odometry
             self._now_ns += round(self._config.deadline * NS_PER_S) + 1
             self._publish_ready()
-        self._publish_clouds(self.assembler.rest())
+        self._publish_clouds(self.assembler.flush())
 
     def _publish_ready(self) -> None:
         for outcome in self.assembler.ready(self._now_ns):

@@ -41,7 +41,7 @@ def responses(fall: float) -> Array:
 
 
 def _alias_kernel() -> Array:
-    """Return what a bend, of one, at a sample adds to a spline around it."""
+    """Return what a second difference of 1 at a sample adds to a spline around it."""
     bend = 2.0 * np.cos(2.0 * np.pi * FREQUENCIES[1:]) - 2.0  # of a vibration, over its amplitude
     beyond = (responses(FALL) - responses(SPLINE_FALL))[1:]
     return np.asarray((1.0 / bend) @ beyond)
@@ -63,7 +63,7 @@ def lines(values: Array) -> Array:
 
 
 def at(wanted: Array, place: Array, values: Array) -> Array:
-    """Return values at and between samples at the places wanted, shape of the latter.
+    """Return values at and between samples at the places wanted, of the shape of these.
 
     Parameters
     ----------
@@ -89,28 +89,19 @@ def aliases(place: Array, pitch: Array) -> Array:
         return np.zeros((len(place) - 1) * PHASES + 1)
     gap = place[1:] - place[:-1]
     slope = (pitch[1:] - pitch[:-1]) / gap
-    bend = (slope[1:] - slope[:-1]) / (gap[1:] + gap[:-1])
-    return np.asarray(_of_bends(len(place)) @ (2.0 * _median(gap) ** 2 * clipped(bend)))
+    bends = np.zeros(len(place))
+    bends[1:-1] = clipped((slope[1:] - slope[:-1]) / (gap[1:] + gap[:-1]))
+    return spread(2.0 * _median(gap) ** 2 * bends, _ALIAS_KERNEL)
 
 
 def clipped(values: Array, least: float = 0.0) -> Array:
-    """Return values (n,), no larger than is usual for them, where the median is at least one."""
+    """Return values (n,) clipped at CLIPPED times their median size, or a least one if larger."""
     limit = CLIPPED * max(_median(np.abs(values)), least)
     return np.asarray(np.minimum(np.maximum(values, -limit), limit))
 
 
 def _median(values: Array) -> float:
-    middle = len(values) // 2
-    ordered = values.copy()
-    ordered.partition(middle)
-    return float(ordered[middle])
-
-
-@lru_cache(CACHED)
-def _of_bends(count: int) -> Array:
-    """Return the matrix from the bends at so many samples but the ends to what splines lack."""
-    each = np.eye(count)[1:-1]
-    return np.array([spread(one, _ALIAS_KERNEL) for one in each]).T
+    return float(np.partition(values, len(values) // 2)[len(values) // 2])
 
 
 @lru_cache(CACHED)

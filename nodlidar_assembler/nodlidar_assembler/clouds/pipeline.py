@@ -218,9 +218,9 @@ class Pipeline:
         clouds = [deskewed(cloud, self._deskew_to) for cloud in clouds]
         return Assembled(scan, beams, pitch, placed, clouds, in_odometry, poses, points, jumped)
 
-    def rest(self) -> list[Points]:
-        """Return the clouds that are left when no more scans come, the last one without end."""
-        left = [] if self._sweeps is None else self._sweeps.rest()
+    def flush(self) -> list[Points]:
+        """Return the clouds that are left when no more scans come, also that of an open sweep."""
+        left = [] if self._sweeps is None else self._sweeps.flush()
         return [deskewed(cloud, self._deskew_to) for cloud in left]
 
     def _points(self, scan: Scan, placed: Placed, beams: Beams, poses: Poses | None) -> Points:

@@ -65,8 +65,8 @@ class SweepGatherer:
             self._ended.append(joined(self._scans))
         self._scans, self._since_cut = [], 0
 
-    def rest(self) -> list[Points]:
-        """Return the clouds that are left when no more scans come, the last one without end."""
+    def flush(self) -> list[Points]:
+        """Return the clouds that are left when no more scans come, also that of an open sweep."""
         self.end()
         clouds, self._ended = self._ended, []
         return [cloud for cloud in clouds if cloud is not None]
