@@ -27,7 +27,8 @@ def new_bag(output: Path) -> Iterator[Path]:
     """
     bag = output / 'bag'
     if bag.exists() and not (bag / MARK).exists():
-        raise ParameterError('--output', "that of an earlier demo, or without 'bag'", str(output))
+        limit = f"that of an earlier demo, or without '{bag}': delete it if you do not need it"
+        raise ParameterError('--output', limit, str(output))
     output.mkdir(parents=True, exist_ok=True)
     if bag.exists():
         shutil.rmtree(bag)
