@@ -8,14 +8,13 @@ a kind; a motion may be of several.
 
 from dataclasses import dataclass
 
-from nodlidar_assembler.clouds.pitch import PitchError
-from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
+from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from bench.errors.pitch_motions import DURATION, pitch_errors
 from bench.shared.reference import START_NS
 from bench.shared.report import Row
 from bench.shared.rms import rms
@@ -23,8 +22,6 @@ from bench.shared.rms import rms
 Array = NDArray[np.float64]
 
 MOTIONS = 400
-DURATION = 40.0  # s
-SETTLING = 30  # scans of an estimator that learns
 STEP = 2e-4  # of the true motion [s]
 BAND = 60  # random vibrations of a band
 LONGEST_GAP = 0.5  # s
@@ -153,28 +150,17 @@ def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
 
 def _ratio(motion: Drawn) -> float:
     """Return the RMS error of trajectory over that of slerp, of scans that both place."""
-    slerp, trajectory = (_errors(motion, name)[SETTLING:] for name in ('slerp', 'trajectory'))
+
+    def true(times_ns: NDArray[np.int64]) -> Array:
+        return np.interp((times_ns - START_NS) / NS_PER_S, motion.time, motion.pitch)
+
+    samples = motion.sample_ns, motion.sample_pitch
+    slerp, trajectory = (
+        pitch_errors(EstimatorConfig(estimator=name, max_joint_gap=LONGEST_GAP), *samples, true)[0]
+        for name in ('slerp', 'trajectory')
+    )
     placed = np.isfinite(slerp) & np.isfinite(trajectory)
     return rms(trajectory[placed]) / rms(slerp[placed])
-
-
-def _errors(motion: Drawn, estimator: str) -> Array:
-    """Return the pitch errors of all beams [rad], NaN where a scan is not placed."""
-    config = EstimatorConfig(estimator=estimator, max_joint_gap=LONGEST_GAP)
-    estimate, sensor = PitchEstimator(config), SensorModel()
-    scans = round((DURATION - 1.0) / sensor.scan_time)
-    errors = []
-    for times_ns in sensor.beam_times_ns(START_NS, scans, 1.0)[5:]:
-        offset = (times_ns - times_ns[0]) / NS_PER_S
-        first = motion.sample_ns.searchsorted(times_ns[0] - estimate.margin_ns, 'right') - 1
-        last = motion.sample_ns.searchsorted(times_ns[-1] + estimate.margin_ns) + 1
-        samples = motion.sample_ns[first:last], motion.sample_pitch[first:last]
-        true = np.interp((times_ns - START_NS) / NS_PER_S, motion.time, motion.pitch)
-        try:
-            errors.append(estimate.pitch(int(times_ns[0]), offset, *samples) - true)
-        except PitchError:
-            errors.append(np.full(len(true), np.nan))
-    return np.array(errors)
 
 
 def _row(kind: str, ratios: Array) -> Row:

@@ -10,6 +10,7 @@ from dataclasses import replace
 import math
 import time
 
+from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.nodding import nodding_servo
@@ -30,6 +31,7 @@ Position = Callable[[Times], Array]
 
 DURATION = 40.0
 SETTLING = 3.0  # of an estimator that learns [s]
+FIRST = 5  # scan, before which there are too few joint states for all margins
 RATES = (62.0, 100.0)  # of the joint states, as through an adapter with a latency of 16 or 1 ms
 JITTER = 5e-4  # of stamps, RMS [s]
 NOISY = 1.0  # noise of an encoder, RMS [steps]; the sets have 0.3
@@ -168,7 +170,8 @@ def _row(
     off = np.random.default_rng(1).normal(0.0, jitter, len(sample_ns))
     sample_ns += np.rint(off * NS_PER_S).astype(np.int64)
     errors = {
-        name: _errors(name, sample_ns, sample_pitch, smooth) for name in ('slerp', 'trajectory')
+        name: pitch_errors(EstimatorConfig(estimator=name), sample_ns, sample_pitch, smooth)
+        for name in ('slerp', 'trajectory')
     }
     slerp, trajectory = (rms(error) for error, _ in errors.values())
     return {
@@ -182,27 +185,31 @@ def _row(
     }
 
 
-def _errors(
-    estimator: str, sample_ns: Times, sample_pitch: Array, true: Position
+def pitch_errors(
+    config: EstimatorConfig, sample_ns: Times, sample_pitch: Array, true: Position
 ) -> tuple[Array, float]:
-    """Return the pitch errors of all beams [rad], and the median time of a scan [s]."""
-    sensor = SensorModel()
-    estimate = PitchEstimator(EstimatorConfig(estimator=estimator))
+    """Return the pitch errors of all beams [rad], and the median time of a scan [s].
+
+    Errors are NaN where a scan is not placed. The first scans, of which an estimator learns, are
+    left out.
+    """
+    sensor, estimate = SensorModel(), PitchEstimator(config)
     scans = round((DURATION - 1.0) / sensor.scan_time)
-    beams_ns = sensor.beam_times_ns(START_NS, scans, 1.0)
+    beams_ns = sensor.beam_times_ns(START_NS, scans, 1.0)[FIRST:]
     pitches, times = [], []
-    for times_ns in beams_ns[5:]:
+    for times_ns in beams_ns:
         offset = (times_ns - times_ns[0]) / NS_PER_S
         first = np.searchsorted(sample_ns, times_ns[0] - estimate.margin_ns, side='right') - 1
         last = np.searchsorted(sample_ns, times_ns[-1] + estimate.margin_ns) + 1
         around = slice(first, last)
         samples = sample_ns[around], sample_pitch[around]
         begin = time.perf_counter()
-        pitches.append(estimate.pitch(int(times_ns[0]), offset, *samples))
+        try:
+            pitches.append(estimate.pitch(int(times_ns[0]), offset, *samples))
+        except PitchError:
+            pitches.append(np.full(len(times_ns), np.nan))
         times.append(time.perf_counter() - begin)
     settled = slice(math.ceil(SETTLING / sensor.scan_time), None)
-    errors = [
-        pitch - true(times_ns)
-        for pitch, times_ns in zip(pitches[settled], beams_ns[5:][settled], strict=True)
-    ]
+    pairs = zip(pitches[settled], beams_ns[settled], strict=True)
+    errors = [pitch - true(times_ns) for pitch, times_ns in pairs]
     return np.array(errors), float(np.median(times))

@@ -53,7 +53,10 @@ def _row(rate: float, bits: int) -> Row:
 
 
 def _servo(tick: float) -> ServoParameters:
-    """Return an RX-24F with another encoder [rad], whose noise is as many of its steps."""
+    """Return an RX-24F with another step of its encoder [rad].
+
+    Its noise is as many steps; nonlinearity and compliance margin are as many radians.
+    """
     servo = load_servo('rx24f')
     ratio = servo.tick / tick
     return replace(
