@@ -8,10 +8,10 @@ from nodlidar_common.parameters import limits_of
 from nodlidar_planner.choice.choice import plans
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate
-from nodlidar_planner.coverage.coverage import Coverage, MAX_SAMPLES_PER_SWEEP
+from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.coverage.crossings import NEVER
 from nodlidar_planner.pattern.band import samples_in_band
-from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.pattern import MAX_SAMPLES_PER_SWEEP, Pattern
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 from planner_enumeration import enumerate_cells

@@ -57,6 +57,15 @@ def test_a_band_without_samples_names_a_limit_that_was_passed(speeds, said):
         samples_in_band(Task(), *speeds)
 
 
+@pytest.mark.parametrize(
+    ('speeds', 'key'), [((0.001, 0.0010001), 'speed_max'), ((0.0125, 0.0126), 'speed_min')]
+)
+def test_a_nod_too_slow_to_be_planned_names_the_speed(speeds, key):
+    """A million samples of 97.66 us are 97.66 s, for 1.2272 rad."""
+    with pytest.raises(ParameterError, match=f"'{key}' must be at least 0.0126 rad/s, for N_s"):
+        samples_in_band(Task(), *speeds)
+
+
 def test_a_fine_lidar_needs_a_lowest_speed_and_the_error_names_the_value():
     with pytest.raises(ParameterError, match=r"'speed_min' must be at least 3.05 rad/s.*is 1.57"):
         samples_in_band(Task(steps_per_revolution=65_536))

@@ -4,14 +4,12 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.coverage.crossings import column_classes, NEVER
-from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.pattern import MAX_SAMPLES_PER_SWEEP, Pattern
 from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
 from numpy.typing import NDArray
 
-# Bounds on memory; the closed forms of Pattern have none.
-MAX_SAMPLES_PER_SWEEP = 1_000_000
-MAX_CELLS = 20_000_000
+MAX_CELLS = 20_000_000  # for memory
 
 Integers = NDArray[np.int64]
 

@@ -3,6 +3,7 @@
 import math
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_planner.pattern.pattern import MAX_SAMPLES_PER_SWEEP
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,12 @@ def samples_in_band(
     fewest, most = math.ceil(fewest - 1e-9), math.floor(most + 1e-9)
     if most - fewest > MAX_CHOICES:
         limit = f'at least {task.speed(fewest + MAX_CHOICES):.3g} rad/s, for {MAX_CHOICES} choices'
+        raise ParameterError('speed_min', limit, speed_min or task.speed(most))
+    if most > MAX_SAMPLES_PER_SWEEP:
+        slowest = task.speed(MAX_SAMPLES_PER_SWEEP)
+        limit = f'at least {slowest:.3g} rad/s, for N_s up to {MAX_SAMPLES_PER_SWEEP}'
+        if speed_max is not None and speed_max < slowest:
+            raise ParameterError('speed_max', limit, speed_max)
         raise ParameterError('speed_min', limit, speed_min or task.speed(most))
     fewest = max(1, fewest)
     samples: NDArray[np.int64] = np.arange(fewest, most + 1)

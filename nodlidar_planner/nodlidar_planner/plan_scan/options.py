@@ -11,7 +11,6 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, parameter
 from nodlidar_planner.choice.front import PATIENCE
 from nodlidar_planner.choice.objective import Objective
-from nodlidar_planner.coverage.coverage import MAX_SAMPLES_PER_SWEEP
 from nodlidar_planner.error_budget.parameters import ErrorParameters, SERVO_ERRORS
 from nodlidar_planner.pattern.band import USEFUL_SWEEP
 from nodlidar_planner.pattern.nod_speeds import (
@@ -21,6 +20,7 @@ from nodlidar_planner.pattern.nod_speeds import (
     shortest_by_mean_speed,
     TIMING_ERROR,
 )
+from nodlidar_planner.pattern.pattern import MAX_SAMPLES_PER_SWEEP
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.plan_scan.option_fields import add_option, flag
 
