@@ -37,7 +37,8 @@ _NAMESPACE = re.compile(r'/?([A-Za-z_]\w*(/[A-Za-z_]\w*)*/?)?', re.ASCII)
 _FASTEST = 1000.0  # [Hz], of robot_state_publisher, which counts in milliseconds
 # Moves the transforms into the namespace of a node, as nav2 does for several robots.
 OWN_TF = ('--ros-args', '-r', '/tf:=tf', '-r', '/tf_static:=tf_static')
-# Servo and driver are each one of two nodes: see servo_config and check. See _configuration, too.
+# The files of servo and driver are each for one of two nodes: see servo_config and check. That of
+# the mapper is imported late: see _configuration.
 _CONFIGURATIONS: dict[str, type[Any]] = {
     'driver': DriverConfig,
     'assembler': AssemblerConfig,

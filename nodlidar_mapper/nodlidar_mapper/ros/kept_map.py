@@ -25,7 +25,7 @@ class KeptMap:
     """Saves the keyframes every PERIOD, and all files at the end, each map in its own folder.
 
     A map ends with the node, or when another one begins. The keyframes take a moment, the other
-    files up to minutes, and a node may be killed: so keyframes come first, each in its own thread.
+    files up to minutes, and a node may be killed. So keyframes come first, in their own thread.
 
     Parameters
     ----------

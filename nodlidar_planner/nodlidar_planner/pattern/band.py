@@ -31,7 +31,8 @@ def samples_in_band(
     Raises
     ------
     ParameterError
-        If a limit is no speed, the limits are in the wrong order, or no N_s lies between them.
+        If a limit is no speed or too slow to be planned, the limits are in the wrong order, or no
+        N_s lies between them.
     """
     for key, speed in (('speed_min', speed_min), ('speed_max', speed_max)):
         if speed is not None and not 0.0 < speed < math.inf:
