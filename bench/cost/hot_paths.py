@@ -85,11 +85,12 @@ def _scan_action(estimator: str, moving: bool) -> Action:
     config = replace(UNFILTERED, estimator=estimator)
     log, pipeline = simulated_log(simulated), Pipeline(config)
     known = simulated_odometry(simulated)
-    inputs = cycle(
+    inputs = [
         (scan, *samples_for(scan, log, pipeline), odometry_for(scan, known) if moving else None)
         for scan in log.scans[SCANS]
-    )
-    return lambda: pipeline.add_scan(*next(inputs)).clouds[0].data
+    ]
+    turns = cycle(inputs)
+    return lambda: pipeline.add_scan(*next(turns)).clouds[0].data
 
 
 def _message_and_coverage() -> dict[str, Action]:

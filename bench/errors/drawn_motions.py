@@ -111,15 +111,13 @@ def _nod(rng: np.random.Generator, time: Array) -> Array:
     shape = rng.choice(['sharp', 'round', 'sine', 'between'])
     reversal = min(4.0 * half / duration / _log_uniform(rng, 20.0, 1000.0), 0.9 * duration)
     blend = np.ones(max(1, round(reversal / STEP)))
-    nod = (
-        half
-        * {
-            'sharp': triangle,
-            'round': np.convolve(triangle, blend / len(blend), 'same'),
-            'sine': sine,
-            'between': (triangle + sine) / 2.0,
-        }[str(shape)]
-    )
+    shapes = {
+        'sharp': triangle,
+        'round': np.convolve(triangle, blend / len(blend), 'same'),
+        'sine': sine,
+        'between': (triangle + sine) / 2.0,
+    }
+    nod = half * shapes[str(shape)]
     if rng.random() < 0.5:
         share = STEP / max(STEP, rng.uniform(0.0, 0.03))
         start = [nod[0] * (1.0 - share)]
