@@ -42,13 +42,13 @@ DECLARED = {
     'amcl.yaml': """base_frame_id odom_frame_id global_frame_id scan_topic laser_model_type
         laser_max_range laser_min_range update_min_d update_min_a max_beams max_particles
         min_particles transform_tolerance tf_broadcast resample_interval sigma_hit""",
-    # obstacle_layer.cpp and voxel_layer.cpp of Navigation2 for Jazzy (1.3)
+    # costmap_2d_ros.cpp, obstacle_layer.cpp and voxel_layer.cpp of Navigation2 for Jazzy (1.3)
     'nav2_costmap.yaml': ' '.join(
         [
             'global_frame robot_base_frame plugins',
             'obstacle_layer.plugin obstacle_layer.observation_sources',
             'voxel_layer.plugin voxel_layer.observation_sources voxel_layer.origin_z',
-            'voxel_layer.z_resolution voxel_layer.z_voxels',
+            'voxel_layer.z_resolution voxel_layer.z_voxels inflation_layer.plugin',
             *(
                 f'obstacle_layer.{each}.{key}'
                 for each in ('level_hits', 'level_free')
