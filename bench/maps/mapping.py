@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import time
 
 from nodlidar_demo.evaluation import moved_surface_rms, simulated_drive
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, moved
 from nodlidar_mapper.mapper import Mapper
@@ -73,7 +74,7 @@ def mapped(recording: Recording) -> Mapped:
     for cloud in clouds_of(log, CONFIG):
         points, odometry = cloud.xyz, odometry_at(log, cloud.stamp_ns)
         begin = time.process_time()
-        found.append(mapper.add(cloud.stamp_ns, points, odometry, age=age_of(cloud)))
+        found.append(mapper.add(Cloud(cloud.stamp_ns, points, odometry, age=age_of(cloud))))
         seconds.append(time.process_time() - begin)
         by_odometry.append(odometry)
     truth = true_poses(recording, np.array([each.stamp_ns for each in found]))

@@ -14,6 +14,7 @@ from ament_index_python.packages import get_package_share_directory
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_demo.evaluation import simulated_drive
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
@@ -45,8 +46,8 @@ class OurMapper:
 
     def add(self, cloud: Points, odometry: Array) -> Array:
         """Return the pose of a cloud."""
-        given = cloud.stamp_ns, cloud.xyz, odometry
-        return np.asarray(self._mapper.add(*given, age=age_of(cloud)).pose)
+        given = Cloud(cloud.stamp_ns, cloud.xyz, odometry, age=age_of(cloud))
+        return np.asarray(self._mapper.add(given).pose)
 
 
 @dataclass(frozen=True, slots=True)

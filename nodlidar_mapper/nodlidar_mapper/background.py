@@ -13,8 +13,7 @@ class Background:
 
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(max_workers=1)
-        self._job: Future[Any] | None = None
-        self._then: Callable[[Any], None] = print
+        self._job: tuple[Future[Any], Callable[[Any], None]] | None = None
 
     @property
     def busy(self) -> bool:
@@ -24,16 +23,14 @@ class Background:
     def start(self, job: Callable[[], Any], then: Callable[[Any], None]) -> None:
         """Start a job; `deliver` calls `then` with its result."""
         assert not self.busy
-        self._then = then
-        self._job = self._thread.submit(job)
+        self._job = self._thread.submit(job), then
 
     def deliver(self) -> None:
         """Deliver the result of a job that has ended; raise what the job raised."""
-        job = self._job
-        if job is None or not job.done():
+        if self._job is None or not self._job[0].done():
             return
-        self._job = None
-        self._then(job.result())
+        (job, then), self._job = self._job, None
+        then(job.result())
 
     def end(self) -> None:
         """Wait for the end of the job, and forget it."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.whole_file import check_writable
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
@@ -25,7 +26,7 @@ MOST_PLACES = 1000  # of a path; beyond it, every second one is forgotten
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Progress:
+class MapSnapshot:
     """What is known after a cloud.
 
     Attributes
@@ -65,26 +66,21 @@ class LiveMapper:
         """Continue at a given pose, see Mapper.place."""
         self.mapper.place(pose, stamp_ns, odometry, covariance + LEAST_COVARIANCE)
 
-    def add(
-        self,
-        stamp_ns: int,
-        points: Array,
-        odometry: Array,
-        mount: Array | None = None,
-        age: Array | None = None,
-    ) -> Progress:
+    def add(self, cloud: Cloud) -> MapSnapshot:
         """Match a cloud, see Mapper.add; return what is known then."""
-        estimate = self.mapper.add(stamp_ns, points, odometry, mount, age)
+        estimate = self.mapper.add(cloud)
         self._path.append(estimate)
         if len(self._path) > MOST_PLACES:
             del self._path[1:-1:2]
         path = self.mapper.path_of(self._path)
         stamps_ns = [e.stamp_ns for e in self._path]
         keyframes, edges = list(self.mapper.keyframes), list(self.mapper.edges)
-        return Progress(estimate, keyframes, edges, self.mapper.loops, stamps_ns, path)
+        return MapSnapshot(estimate, keyframes, edges, self.mapper.loops, stamps_ns, path)
 
 
-def drawn(keyframes: Sequence[Keyframe], config: GridConfig) -> tuple[Surface, Grid] | None:
+def surface_and_grid(
+    keyframes: Sequence[Keyframe], config: GridConfig
+) -> tuple[Surface, Grid] | None:
     """Return the lasting surfaces and the grid of a map; None without any surface."""
     surface = lasting_surface(keyframes)
     try:
@@ -94,7 +90,7 @@ def drawn(keyframes: Sequence[Keyframe], config: GridConfig) -> tuple[Surface, G
 
 
 def save(
-    folder: Path, progress: Progress | None, config: GridConfig, with_keyframes: bool = True
+    folder: Path, snapshot: MapSnapshot | None, config: GridConfig, with_keyframes: bool = True
 ) -> str:
     """Save a map, its keyframes unless they were saved before; return what was saved, in words.
 
@@ -107,29 +103,29 @@ def save(
     OSError
         With the folder, if a file cannot be written.
     """
-    if progress is None:
+    if snapshot is None:
         raise EmptyMapError('nothing to save: no cloud was matched since the start or load_map')
     folder = _expanded(folder)
     surface = write_map(
         folder,
-        progress.keyframes,
-        progress.edges,
-        progress.stamps_ns,
-        progress.path,
+        snapshot.keyframes,
+        snapshot.edges,
+        snapshot.stamps_ns,
+        snapshot.path,
         config,
         with_keyframes,
     )
-    what = f'{len(progress.keyframes)} keyframes and {len(surface.points)} points'
+    what = f'{len(snapshot.keyframes)} keyframes and {len(surface.points)} points'
     return f"{what} saved in '{folder.absolute()}'"
 
 
-def save_keyframes_of(folder: Path, progress: Progress) -> None:
+def save_keyframes_of(folder: Path, snapshot: MapSnapshot) -> None:
     """Save that of a map from which mapping goes on, which takes a moment; raises as `save`."""
-    if not any(len(each.surface.points) for each in progress.keyframes):
+    if not any(len(each.surface.points) for each in snapshot.keyframes):
         raise EmptyMapError(NO_SURFACE)
     folder = _expanded(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    save_keyframes(folder / KEYFRAMES, progress.keyframes, progress.edges)
+    save_keyframes(folder / KEYFRAMES, snapshot.keyframes, snapshot.edges)
 
 
 def make_parent(parent: Path) -> None:
@@ -155,9 +151,9 @@ def load(folder: Path, config: MapConfig) -> LiveMapper:
     return LiveMapper(Mapper(config, *load_keyframes(path)))
 
 
-def continued(progress: Progress, config: MapConfig) -> LiveMapper:
+def continued(snapshot: MapSnapshot, config: MapConfig) -> LiveMapper:
     """Return the mapper of the map as it was after a cloud; the robot may be anywhere in it."""
-    return LiveMapper(Mapper(config, progress.keyframes, progress.edges))
+    return LiveMapper(Mapper(config, snapshot.keyframes, snapshot.edges))
 
 
 def _expanded(folder: Path) -> Path:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.linear import inverted
 from nodlidar_mapper.geometry.poses import Array, carried, inverse, lever, moved
@@ -35,22 +36,6 @@ STRAIGHTER = 0.95  # of the cost is left, or it is not done again
 # Clouds that slips have bent lie on the map in part, where the robot is not. A match is not
 # believed if the share that lies on it is less than this of the usual one.
 LEAST_OF_USUAL = 0.6
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Cloud:
-    """A cloud as it was added, see Mapper.add."""
-
-    stamp_ns: int
-    points: Array
-    odometry: Array
-    mount: Array
-    age: Array | None
-
-    @property
-    def robot(self) -> tuple[int, Array]:
-        """Its stamp [ns], and the pose of the robot in the frame of odometry."""
-        return self.stamp_ns, self.odometry @ inverse(self.mount)
 
 
 class Mapper:
@@ -97,7 +82,7 @@ class Mapper:
         self._searches = searches
         self._since_lost: Mapper | None = None  # maps anew while the robot is lost
         # None once they were mapped again, or if there is nothing to begin.
-        self._first: list[tuple[_Cloud, Estimate]] | None = None if keyframes else []
+        self._first: list[tuple[Cloud, Estimate]] | None = None if keyframes else []
         self._again: dict[Estimate, Estimate] = {}  # of the first clouds
         self._was_placed = False  # by a person, and no cloud was matched since
 
@@ -116,33 +101,12 @@ class Mapper:
         """Number of loops closed."""
         return self.map.loops
 
-    def add(
-        self,
-        stamp_ns: int,
-        points: Array,
-        odometry: Array,
-        mount: Array | None = None,
-        age: Array | None = None,
-    ) -> Estimate:
-        """Return where a cloud was taken, and extend the map if it shows anything new.
-
-        Parameters
-        ----------
-        stamp_ns
-            Instant of the cloud [ns].
-        points
-            In the cloud's frame [m], shape (n, 3).
-        odometry
-            Pose of the cloud's frame in the frame of odometry at that instant, as a matrix.
-        mount
-            Pose of the cloud's frame in that of the robot, where several sensors have their own;
-            by default it is the same.
-        age
-            Time from each point's measurement to the instant of the cloud [s], shape (n,), by
-            which errors of odometry are taken out of the deskewing.
-        """
-        mount = np.eye(4) if mount is None else mount
-        return self._add(_Cloud(stamp_ns, points, odometry, mount, age))
+    def add(self, cloud: Cloud) -> Estimate:
+        """Return where a cloud was taken, and extend the map if it shows anything new."""
+        estimate = self._processed(cloud)
+        if self._first is not None and len(self.map.surface_around.points) >= LEAST_SURFACE:
+            self._first.append((cloud, estimate))
+        return estimate
 
     def place(self, pose: Array, stamp_ns: int, odometry: Array, covariance: Array) -> None:
         """Continue at a given pose, as a person sets it.
@@ -174,14 +138,7 @@ class Mapper:
         robots = np.stack([each.robot for each in estimates])
         return np.asarray(self.poses_of(estimates) @ robots)
 
-    def _add(self, cloud: _Cloud) -> Estimate:
-        """Add a cloud, and remember it while it is one of the first."""
-        estimate = self._added(cloud)
-        if self._first is not None and len(self.map.surface_around.points) >= LEAST_SURFACE:
-            self._first.append((cloud, estimate))
-        return estimate
-
-    def _added(self, cloud: _Cloud) -> Estimate:
+    def _processed(self, cloud: Cloud) -> Estimate:
         """Predict, match, check, search and extend, in the order of docs/mapping.md."""
         robot = inverse(cloud.mount)  # in the cloud's frame
         predicted = self._track.predicted(*cloud.robot)
@@ -193,7 +150,7 @@ class Mapper:
         covariance = carried(self._track.covariance, way)
         seen = self._seen(cloud)
         found, seen = self._matched(cloud, seen, guess, covariance)
-        lost = self._lost(found, seen)
+        lost = self._why_lost(found, seen)
         if not lost:
             self._was_placed = False
             self._since_lost = None
@@ -232,21 +189,21 @@ class Mapper:
             robot,
         )
 
-    def _begun_again(self, first: list[tuple[_Cloud, Estimate]], newest: _Cloud) -> Estimate:
+    def _begun_again(self, first: list[tuple[Cloud, Estimate]], newest: Cloud) -> Estimate:
         """Map the first clouds again, and the newest one; return its estimate.
 
         Their points were deskewed, and their poses predicted, by odometry with unknown errors.
         """
         self._first = None
         clouds = [*(cloud for cloud, _ in first), newest]
-        self._track = self._track.before([cloud.robot for cloud in clouds])
+        self._track = self._track.restarted([cloud.robot for cloud in clouds])
         if self.keyframes[0].stamp_ns == first[0][0].stamp_ns:
             self.map.forget()
         else:
             self.map.forget_surfaces()
         for cloud, before in first:
-            self._again[before] = self._added(cloud)
-        return self._added(newest)
+            self._again[before] = self._processed(cloud)
+        return self._processed(newest)
 
     def _begin_anew(self) -> None:
         """Begin the map with the newest cloud: the first ones, badly deskewed, do not fit."""
@@ -258,7 +215,7 @@ class Mapper:
         self._first.clear()
         self._track.covariance = Track(self._config).covariance
 
-    def _seen(self, cloud: _Cloud, slip: Array | None = None) -> Seen:
+    def _seen(self, cloud: Cloud, slip: Array | None = None) -> Seen:
         """Return the points of a cloud in its frame, without the errors of odometry."""
         mount, age = cloud.mount, np.zeros(len(cloud.points)) if cloud.age is None else cloud.age
         seen = self._track.seen(moved(mount, cloud.points), age, mount[:3, 3], slip)
@@ -267,7 +224,7 @@ class Mapper:
         return seen.thinned(self._config.point_spacing)
 
     def _matched(
-        self, cloud: _Cloud, seen: Seen, guess: Array, covariance: Array
+        self, cloud: Cloud, seen: Seen, guess: Array, covariance: Array
     ) -> tuple[Match, Seen]:
         """Match a cloud, as if wheels had slipped where that is more probable.
 
@@ -284,17 +241,17 @@ class Mapper:
             return found, seen
         matches = [(found, seen)]
         if found.share < FITS:
-            matches += self._slipped(cloud, seen, guess, prior, guess)
+            matches += self._matched_with_slip(cloud, seen, guess, prior, guess)
         best = min(matches, key=_cost)
         is_bad = best[0].share < LEAST_OF_USUAL * self._usual_share
         if is_bad or found.informative_share < UNUSUAL * usual:
             for share in SLIPPED:
                 start = self._track.moved_by(share) @ cloud.mount
-                matches += self._slipped(cloud, seen, guess, prior, start)
+                matches += self._matched_with_slip(cloud, seen, guess, prior, start)
         return min(matches, key=_cost)
 
-    def _slipped(
-        self, cloud: _Cloud, seen: Seen, guess: Array, prior: Array, start: Array
+    def _matched_with_slip(
+        self, cloud: Cloud, seen: Seen, guess: Array, prior: Array, start: Array
     ) -> Iterator[tuple[Match, Seen]]:
         """Match a cloud as if wheels had slipped before it, and as if evenly throughout it."""
         matched = partial(
@@ -316,7 +273,7 @@ class Mapper:
             found = matched(seen, start=found.pose)
             yield found, seen
 
-    def _lost(self, found: Match, seen: Seen) -> str:
+    def _why_lost(self, found: Match, seen: Seen) -> str:
         """Return why a match is not believed, empty if it is; learn the usual share."""
         if len(self.map.surface_around.points) < LEAST_SURFACE:
             if self._was_placed and self.map.points >= LEAST_SURFACE:
@@ -335,7 +292,7 @@ class Mapper:
 
     def _searched(
         self,
-        cloud: _Cloud,
+        cloud: Cloud,
         seen: Seen,
         guess: Array,
         covariance: Array,
@@ -357,17 +314,17 @@ class Mapper:
         self._was_placed = False
         return found, ''
 
-    def _seen_since_lost(self, cloud: _Cloud) -> Seen:
+    def _seen_since_lost(self, cloud: Cloud) -> Seen:
         """Map anew since the robot was lost; return what is around it, in the cloud's frame.
 
         A single cloud fits wherever a room looks alike. If it does not fit the new map, odometry
         went wrong meanwhile, or the robot was carried, and that map begins again.
         """
         if self._since_lost is None or (
-            (estimate := self._since_lost._add(cloud)).lost not in ('', NO_MAP)
+            (estimate := self._since_lost.add(cloud)).lost not in ('', NO_MAP)
         ):
             self._since_lost = Mapper(replace(self._config, extend_map=True), searches=False)
-            estimate = self._since_lost._add(cloud)
+            estimate = self._since_lost.add(cloud)
         pose = self._since_lost.poses_of([estimate])[0]
         return self._since_lost.map.seen_around().moved(inverse(pose))
 

@@ -7,6 +7,7 @@ from nodlidar_assembler.clouds.ego_motion import OdometryConfig
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.geometry.poses import Array, matrix_from
 from nodlidar_mapper.graph.keyframe import Estimate
 from nodlidar_mapper.mapper import Mapper
@@ -28,13 +29,15 @@ def estimates(
     mount = mount_of(log)
     return [
         mapper.add(
-            cloud.stamp_ns,
-            cloud.xyz,
-            odometry_at(log, cloud.stamp_ns, limits),
-            mount,
-            age_of(cloud),
+            Cloud(
+                each.stamp_ns,
+                each.xyz,
+                odometry_at(log, each.stamp_ns, limits),
+                mount,
+                age_of(each),
+            )
         )
-        for cloud in clouds
+        for each in clouds
     ]
 
 

@@ -38,11 +38,11 @@ class Disk:
         return [(kind, keyframes) for kind, _, keyframes in self.written]
 
     def _taker(self, kind):
-        def take(folder, progress, *_, **__):
+        def take(folder, snapshot, *_, **__):
             self.writing.append((kind, folder))
             assert self.gates[kind].wait(DEADLINE)
             self.writing.remove((kind, folder))
-            self.written.append((kind, Path(folder).name, progress.keyframes))
+            self.written.append((kind, Path(folder).name, snapshot.keyframes))
 
         return take
 
@@ -61,7 +61,7 @@ def kept(tmp_path, disk):
     return kept
 
 
-def progress(*keyframes):
+def snapshot(*keyframes):
     return SimpleNamespace(keyframes=keyframes)
 
 
@@ -77,8 +77,8 @@ def step_until(kept, condition, now=None):
 
 def test_a_map_that_ends_while_its_keyframes_are_saved_is_saved_after_that(kept, disk):
     disk.gates['keyframes'].clear()
-    step_until(kept, lambda: disk.writing, progress('a'))
-    kept.begin(progress('a', 'b'))
+    step_until(kept, lambda: disk.writing, snapshot('a'))
+    kept.begin(snapshot('a', 'b'))
     for _ in range(20):
         kept.step(None)
     assert [kind for kind, _ in disk.writing].count('keyframes') == 1
@@ -94,9 +94,9 @@ def test_a_map_that_ends_while_its_keyframes_are_saved_is_saved_after_that(kept,
 
 
 def test_at_the_end_all_keyframes_come_first_each_map_in_its_folder(kept, disk):
-    kept.begin(progress('a'))
-    kept.begin(progress('b'))
-    kept.end(progress('c'))
+    kept.begin(snapshot('a'))
+    kept.begin(snapshot('b'))
+    kept.end(snapshot('c'))
     kinds, folders, keyframes = zip(*disk.written, strict=True)
     assert kinds == ('keyframes',) * 3 + ('others',) * 3
     assert keyframes == (('a',), ('b',), ('c',)) * 2
@@ -106,9 +106,9 @@ def test_at_the_end_all_keyframes_come_first_each_map_in_its_folder(kept, disk):
 
 def test_while_the_other_files_of_a_map_are_saved_so_are_keyframes_of_the_next(kept, disk):
     disk.gates['others'].clear()
-    kept.begin(progress('a'))
+    kept.begin(snapshot('a'))
     step_until(kept, lambda: 'others' in dict(disk.writing))
-    step_until(kept, lambda: disk.written[-1][2] == ('b',), progress('b'))
+    step_until(kept, lambda: disk.written[-1][2] == ('b',), snapshot('b'))
     disk.gates['others'].set()
     kept.end(None)
 
@@ -116,7 +116,7 @@ def test_while_the_other_files_of_a_map_are_saved_so_are_keyframes_of_the_next(k
 def test_maps_that_end_faster_than_they_can_be_saved_are_named(kept, disk):
     disk.gates['others'].clear()
     for number in range(MOST_WAITING + 3):
-        kept.begin(progress(number))
+        kept.begin(snapshot(number))
         step_until(kept, lambda last=(number,): ('keyframes', last) in disk.kinds_and_keyframes)
     assert len(kept.warnings) == 2  # one is being saved
     assert 'has only keyframes' in kept.warnings[0]

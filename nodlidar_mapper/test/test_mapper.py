@@ -7,6 +7,7 @@ from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, moved, planar
 from nodlidar_mapper.mapper import FIRST, Mapper
@@ -120,7 +121,7 @@ def test_places_before_the_first_surface_stay_where_they_were(log):
     before = []
     for cloud in clouds[:2]:
         odometry = odometry_at(log, cloud.stamp_ns)
-        before.append((mapper.add(cloud.stamp_ns, np.empty((0, 3)), odometry), odometry))
+        before.append((mapper.add(Cloud(cloud.stamp_ns, np.empty((0, 3)), odometry)), odometry))
     found = estimates(mapper, clouds[2 : FIRST + 2], log)
     for each, odometry in before:
         np.testing.assert_allclose(mapper.poses_of([each])[0], odometry, atol=0.02)
@@ -140,7 +141,7 @@ def test_a_map_that_begins_with_bent_clouds_begins_anew():
         poses.append(planar(0.1 * k, 0.0, 0.05 * k))
         seen = room_cloud(CROOKED, poses[-1], seed=k)
         points = bent(seen) if k < 2 else seen
-        found.append(mapper.add(k * 10**9, points, poses[-1]))
+        found.append(mapper.add(Cloud(k * 10**9, points, poses[-1])))
     assert [bool(each.lost) for each in found] == [k in (0, 2) for k in range(FIRST + 4)]
     np.testing.assert_allclose(mapper.poses_of(found), poses, atol=0.02)
     sides = np.roll(CROOKED, -1, axis=0) - CROOKED
@@ -172,7 +173,7 @@ def test_the_map_does_not_grow_where_all_was_seen(drive, log):
     cloud = clouds_of(log, CONFIG)[-1]
     for k in range(1, 31):
         stamp_ns = cloud.stamp_ns + k * NS
-        assert not again.add(stamp_ns, cloud.xyz, last, mount_of(log), age_of(cloud)).lost
+        assert not again.add(Cloud(stamp_ns, cloud.xyz, last, mount_of(log), age_of(cloud))).lost
     after = len(again.keyframes), sum(len(each.surface.points) for each in again.keyframes)
     assert after[0] <= before[0] + 1
     assert after[1] < 1.1 * before[1]
@@ -181,18 +182,18 @@ def test_the_map_does_not_grow_where_all_was_seen(drive, log):
 def test_clouds_of_another_place_are_not_believed(recording, log):
     clouds, mapper = clouds_of(log, CONFIG), Mapper(MapConfig())
     for cloud in clouds[:15]:
-        good = mapper.add(cloud.stamp_ns, cloud.xyz, odometry_at(log, cloud.stamp_ns))
+        good = mapper.add(Cloud(cloud.stamp_ns, cloud.xyz, odometry_at(log, cloud.stamp_ns)))
     keyframes = len(mapper.keyframes)
     noise = np.random.default_rng(1).uniform(-3.0, 3.0, (3000, 3))
     for cloud in clouds[15:18]:
         odometry = odometry_at(log, cloud.stamp_ns)
-        bad = mapper.add(cloud.stamp_ns, noise, odometry)
+        bad = mapper.add(Cloud(cloud.stamp_ns, noise, odometry))
         assert 'lie on it' in bad.lost
         np.testing.assert_allclose(bad.map_from_odometry, good.map_from_odometry, atol=0.02)
     assert len(mapper.keyframes) == keyframes
     for cloud in clouds[18:22]:
         odometry = odometry_at(log, cloud.stamp_ns)
-        assert not mapper.add(cloud.stamp_ns, cloud.xyz, odometry).lost
+        assert not mapper.add(Cloud(cloud.stamp_ns, cloud.xyz, odometry)).lost
     points = lasting_surface(mapper.keyframes).points
     assert off_the_room(recording, mapper, good, points) < 0.025  # none of the noise
 
@@ -224,7 +225,7 @@ def test_first_clouds_with_nothing_to_match_do_not_matter(log, first):
     clouds = clouds_of(log, CONFIG)
     for cloud in clouds[:2]:
         odometry = odometry_at(log, cloud.stamp_ns)
-        assert mapper.add(cloud.stamp_ns, first, odometry).lost == 'no map yet'
+        assert mapper.add(Cloud(cloud.stamp_ns, first, odometry)).lost == 'no map yet'
     found = estimates(mapper, clouds[2:8], log)
     assert found[0].lost == 'no map yet'
     assert not any(each.lost for each in found[1:])
@@ -240,8 +241,8 @@ def test_where_the_sensor_is_mounted_does_not_change_how_certain_the_robot_is(fr
     for k in range(8):
         pose = planar(0.15 * k, 0.0, 0.05 * k)
         points = room_cloud(CROOKED, pose, seed=k)
-        there = mounted.add(k * NS, moved(inverse(mount), points), pose @ mount, mount)
-        here = plain.add(k * NS, points, pose)
+        there = mounted.add(Cloud(k * NS, moved(inverse(mount), points), pose @ mount, mount))
+        here = plain.add(Cloud(k * NS, points, pose))
         np.testing.assert_allclose(there.pose @ inverse(mount), here.pose, atol=0.01)
         deviation = np.sqrt(np.diag(here.covariance)) + 1e-9
         off = (there.covariance - here.covariance) / np.outer(deviation, deviation)
@@ -251,7 +252,7 @@ def test_where_the_sensor_is_mounted_does_not_change_how_certain_the_robot_is(fr
 def test_a_planar_pose_says_nothing_of_what_is_not_estimated():
     mapper = Mapper(MapConfig())
     for k in range(3):
-        found = mapper.add(k * NS, room_cloud(CROOKED, np.eye(4), seed=k), np.eye(4))
+        found = mapper.add(Cloud(k * NS, room_cloud(CROOKED, np.eye(4), seed=k), np.eye(4)))
     free = np.zeros(6, dtype=bool)
     free[[0, 1, 5]] = True
     assert (np.diag(found.covariance) > 0.0).tolist() == free.tolist()
@@ -267,10 +268,10 @@ def test_a_robot_that_is_found_is_as_certain_as_its_sensor_shows():
     for mapper, place in ((mounted, mount), (plain, np.eye(4))):
         for k in range(8):
             points = moved(inverse(place), room_cloud(CROOKED, np.eye(4), seed=k))
-            mapper.add(k * NS, points, place, place)
+            mapper.add(Cloud(k * NS, points, place, place))
         for k in range(8, 40):
             points = moved(inverse(place), room_cloud(CROOKED, true, seed=k))
-            estimate = mapper.add(k * NS, points, place, place)
+            estimate = mapper.add(Cloud(k * NS, points, place, place))
             if not estimate.lost:
                 break
         np.testing.assert_allclose(estimate.pose @ inverse(place), true, atol=0.03)
@@ -296,7 +297,7 @@ def test_a_pose_is_no_more_certain_than_the_way_there():
         points = np.concatenate([walls, end[: 600 if here > 16.0 else 0]])
         points += rng.normal(0.0, 0.005, points.shape)
         pose = planar(here, 0.0, 0.0)
-        found = mapper.add(k * NS, moved(inverse(pose), points), pose)
+        found = mapper.add(Cloud(k * NS, moved(inverse(pose), points), pose))
     along, across = np.sqrt(np.diag(found.covariance)[:2])
     assert 0.015 * 0.5 * np.sqrt(36) < along < 0.03 * 18.0
     assert across < along
@@ -314,6 +315,6 @@ def test_wheels_that_slip_far_over_a_floor_are_noticed(times, turn):
         counted = (0.3 * times, turn) if k == 9 else (0.3, 0.0)
         if k:
             odometry = odometry @ planar(counted[0], 0.0, 0.02 + counted[1])
-        found = mapper.add(round(0.74 * k * NS), points - [0.0, 0.0, 1.0], odometry)
+        found = mapper.add(Cloud(round(0.74 * k * NS), points - [0.0, 0.0, 1.0], odometry))
         assert not found.lost or k == 0
     np.testing.assert_allclose(found.pose, true, atol=0.05)

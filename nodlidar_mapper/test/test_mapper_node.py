@@ -159,13 +159,13 @@ def match(running, seconds, pose, odometry):
     """Send a cloud, wait until it was matched and, if it fits, until its pose was heard."""
     robot, mapper, until = running
 
-    def progress():
-        found = mapper.output.progress
+    def snapshot():
+        found = mapper.output.snapshot
         return found if found and seconds_of(found.estimate.stamp_ns) == seconds else None
 
     robot.send(seconds, pose, odometry)
-    until(progress)
-    estimate, heard = progress().estimate, robot.heard['pose']
+    until(snapshot)
+    estimate, heard = snapshot().estimate, robot.heard['pose']
     if not estimate.lost:
         until(lambda: heard and seconds_of(time_ns(heard[-1].header.stamp)) == seconds)
     return estimate
@@ -487,7 +487,7 @@ def test_clouds_of_a_second_publisher_do_not_count_as_long_as_the_first_one_send
     monkeypatch.setattr(cloud_input, 'steady_ns', lambda: later)
     robot.send_odometry(70, np.eye(4))
     robot.send_cloud(70, aside, publisher=other)
-    until(lambda: seconds_of(mapper.output.progress.estimate.stamp_ns) == 70)
+    until(lambda: seconds_of(mapper.output.snapshot.estimate.stamp_ns) == 70)
     robot.destroy_publisher(other)
 
 
@@ -587,9 +587,9 @@ def test_of_the_clouds_that_wait_for_odometry_the_newest_ones_are_matched(runnin
     until(lambda: mapper.clouds.received == 2 + count)
     robot.send_odometry(1.05 + 0.07 * count, np.eye(4))
     last = round(1.05 + 0.07 * (count - 1), 6)
-    until(lambda: seconds_of(mapper.output.progress.estimate.stamp_ns) == last)
+    until(lambda: seconds_of(mapper.output.snapshot.estimate.stamp_ns) == last)
     assert mapper.clouds.drops == {BUSY: 2}
-    assert len(mapper.output.progress.path) == 2 + MOST_READY
+    assert len(mapper.output.snapshot.path) == 2 + MOST_READY
 
 
 @pytest.mark.parametrize('running', [['-p', 'odometry_delay:=-1.0']], indirect=True)
@@ -619,7 +619,7 @@ def test_a_map_that_stays_as_it_is_is_not_drawn_again(running, monkeypatch):
 def test_a_map_that_could_not_be_drawn_is_drawn_later(running, monkeypatch):
     robot, mapper, until = running
     mapper.output._config = replace(mapper.output._config, map_period=0.5)
-    whole, calls = map_output.drawn, []
+    whole, calls = map_output.surface_and_grid, []
 
     def fails_once(*given):
         calls.append(given)
@@ -627,7 +627,7 @@ def test_a_map_that_could_not_be_drawn_is_drawn_later(running, monkeypatch):
             raise ArithmeticError
         return whole(*given)
 
-    monkeypatch.setattr(map_output, 'drawn', fails_once)
+    monkeypatch.setattr(map_output, 'surface_and_grid', fails_once)
     drive(running, 0, [np.eye(4)] * FIRST, [np.eye(4)] * FIRST)
     until(lambda: robot.heard['map'])
     assert len(calls) > 1
@@ -635,14 +635,14 @@ def test_a_map_that_could_not_be_drawn_is_drawn_later(running, monkeypatch):
 
 def test_a_map_that_is_drawn_while_another_one_begins_is_not_published(running, monkeypatch):
     robot, mapper, until = running
-    whole, begun, go_on = map_output.drawn, threading.Event(), threading.Event()
+    whole, begun, go_on = map_output.surface_and_grid, threading.Event(), threading.Event()
 
     def held(*given):
         begun.set()
         assert go_on.wait(LONGEST)
         return whole(*given)
 
-    monkeypatch.setattr(map_output, 'drawn', held)
+    monkeypatch.setattr(map_output, 'surface_and_grid', held)
     drive(running, 0, [np.eye(4)], [np.eye(4)])
     until(begun.is_set)
     mapper._continue_with(mapper._first_mapper())

@@ -1,5 +1,6 @@
 """A map that begins with a part of a sweep, as when the nod begins, of a robot that stands."""
 
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_mapper.mapper import Mapper
@@ -21,7 +22,7 @@ def part(points, share=0.1):
 def stand(*clouds):
     mapper = Mapper(MapConfig())
     for k, points in enumerate(clouds):
-        mapper.add(k * NS, points, np.eye(4))
+        mapper.add(Cloud(k * NS, points, np.eye(4)))
     return mapper
 
 
@@ -52,7 +53,7 @@ def test_a_robot_that_stands_adds_a_few_keyframes_however_much_its_clouds_differ
     assert len(mapper.keyframes) <= 1 + np.log2(4000 / 50)
     keyframes = len(mapper.keyframes), mapper.map.points
     for k, points in enumerate(clouds):
-        mapper.add((100 + k) * NS, points, np.eye(4))
+        mapper.add(Cloud((100 + k) * NS, points, np.eye(4)))
     assert len(mapper.keyframes) == keyframes[0]
     assert mapper.map.points < 1.1 * keyframes[1]
 
@@ -79,7 +80,7 @@ def test_a_person_who_walks_by_meanwhile_leaves_no_wall():
         points = cloud(CROOKED, pose, seed=k)
         if k < 8:
             points = with_person(points, 0.4 * k - 1.5, k)
-        mapper.add(k * NS, part(points) if k == 0 else points, pose)
+        mapper.add(Cloud(k * NS, part(points) if k == 0 else points, pose))
         lasting = lasting_surface(mapper.keyframes).points
         there.append((distance_inside(CROOKED, lasting) > 0.3).sum())
     assert max(there) > 20

@@ -3,6 +3,7 @@
 from copy import deepcopy
 from functools import cache
 
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import between, inverse, moved, planar
 from nodlidar_mapper.geometry.surface import Surface, surface_of
@@ -29,7 +30,7 @@ def mapped_once(corners, **parameters):
     mapper = Mapper(MapConfig(**parameters))
     for k in range(6):
         pose = planar(0.2 * k, 0.0, 0.05 * k)
-        found = mapper.add(k * NS, cloud(np.array(corners), pose, seed=k), pose)
+        found = mapper.add(Cloud(k * NS, cloud(np.array(corners), pose, seed=k), pose))
     assert not found.lost
     return mapper, pose
 
@@ -41,7 +42,7 @@ def test_a_jump_of_odometry_does_not_carry_the_robot_away(jump):
     for k in range(6, 10):
         here = planar(0.2 * k, 0.0, 0.05 * k)
         odometry = after @ inverse(pose) @ here
-        found = mapper.add(k * NS, cloud(CROOKED, here, seed=k), odometry)
+        found = mapper.add(Cloud(k * NS, cloud(CROOKED, here, seed=k), odometry))
         assert not found.lost
         np.testing.assert_allclose(found.pose, here, atol=0.02)
         np.testing.assert_allclose(found.map_from_odometry @ odometry, here, atol=0.02)
@@ -50,8 +51,8 @@ def test_a_jump_of_odometry_does_not_carry_the_robot_away(jump):
 @pytest.mark.parametrize('points', [np.zeros((0, 3)), np.full((9, 3), np.nan)])
 def test_a_cloud_without_points_is_named_and_the_next_one_is_matched(points):
     mapper, pose = mapped(CROOKED)
-    assert 'the cloud has no usable points' in mapper.add(6 * NS, points, pose).lost
-    assert not mapper.add(7 * NS, cloud(CROOKED, pose, seed=7), pose).lost
+    assert 'the cloud has no usable points' in mapper.add(Cloud(6 * NS, points, pose)).lost
+    assert not mapper.add(Cloud(7 * NS, cloud(CROOKED, pose, seed=7), pose)).lost
 
 
 def test_a_bent_cloud_is_not_believed_though_half_of_it_fits():
@@ -61,10 +62,10 @@ def test_a_bent_cloud_is_not_believed_though_half_of_it_fits():
     around = np.argsort(np.arctan2(points[:, 1], points[:, 0]))
     parts = np.array_split(points[around], 5)
     bent = [moved(planar(0.1 * k, 0.0, 0.2 * k), part) for k, part in enumerate(parts)]
-    found = mapper.add(6 * NS, np.concatenate(bent), pose)
+    found = mapper.add(Cloud(6 * NS, np.concatenate(bent), pose))
     assert found.share > MapConfig().least_share
     assert 'is usual' in found.lost
-    assert not mapper.add(7 * NS, cloud(CROOKED, pose, seed=7), pose).lost
+    assert not mapper.add(Cloud(7 * NS, cloud(CROOKED, pose, seed=7), pose)).lost
 
 
 @pytest.mark.parametrize('times', [0.5, 0.7, 1.5, 2.0])
@@ -81,7 +82,7 @@ def test_odometry_that_counts_turns_wrong_leaves_no_robot_lost(times):
             moved(planar(0.0, 0.0, a * (0.6 - turn)), point[None])[0]
             for a, point in zip(age, points, strict=True)
         ]
-        found = mapper.add(k * NS, np.array(bent), odometry, age=age)
+        found = mapper.add(Cloud(k * NS, np.array(bent), odometry, age=age))
         assert not found.lost
         distance, off = between(found.pose, here)
         assert distance < 0.02
@@ -98,7 +99,7 @@ def test_wheels_that_turn_on_the_spot_do_not_carry_the_robot_away():
         points = cloud(CROOKED, pose, seed=k)
         age = rng.uniform(0.0, 1.0, len(points))
         bent = points - age[:, None] * [slip, 0.0, 0.0]
-        found = mapper.add(k * NS, bent, odometry, age=age)
+        found = mapper.add(Cloud(k * NS, bent, odometry, age=age))
         assert not found.lost
         assert between(found.pose, pose)[0] < 0.02
     assert between(found.pose, pose)[0] < 0.01
@@ -106,12 +107,12 @@ def test_wheels_that_turn_on_the_spot_do_not_carry_the_robot_away():
 
 def test_a_robot_that_was_carried_is_lost_until_it_is_found():
     mapper, pose = mapped(CROOKED)
-    before = mapper.add(6 * NS, cloud(CROOKED, pose, seed=6), pose)
+    before = mapper.add(Cloud(6 * NS, cloud(CROOKED, pose, seed=6), pose))
     size = sum(len(keyframe.surface.points) for keyframe in mapper.keyframes)
     true = planar(-2.0, -1.0, 2.5)
     found = []
     for k in range(7, 17):
-        found.append(mapper.add(k * NS, cloud(CROOKED, true, seed=k), pose))
+        found.append(mapper.add(Cloud(k * NS, cloud(CROOKED, true, seed=k), pose)))
         if not found[-1].lost:
             break
         assert 'free' in found[-1].lost or 'lie on' in found[-1].lost
@@ -128,7 +129,7 @@ def test_a_carried_robot_is_found_however_far_odometry_has_counted():
     for k in range(12):
         here = planar(0.2 * k, 0.0, 0.05 * k) if k < 6 else planar(-2.0, -1.0, 2.5)
         counted = began @ planar(0.2 * min(k, 5), 0.0, 0.05 * min(k, 5))
-        found = mapper.add(k * NS, cloud(CROOKED, here, seed=k, noise=0.02), counted)
+        found = mapper.add(Cloud(k * NS, cloud(CROOKED, here, seed=k, noise=0.02), counted))
     assert not found.lost
     in_room = inverse(mapper.keyframes[0].pose) @ found.pose
     np.testing.assert_allclose(in_room, here, atol=0.03)
@@ -138,7 +139,7 @@ def test_in_a_room_that_fits_itself_turned_nobody_knows():
     mapper, pose = mapped(OBLONG)
     carried = planar(2.0, 1.0, np.pi / 2.0)
     for k in range(6, 11):
-        found = mapper.add(k * NS, cloud(OBLONG, carried, seed=k), pose)
+        found = mapper.add(Cloud(k * NS, cloud(OBLONG, carried, seed=k), pose))
         assert found.lost
     assert 'two places fit alike' in found.lost
 
@@ -149,7 +150,7 @@ def test_after_a_jump_in_a_long_pause_the_robot_may_be_anywhere(corners, lost):
     mapper, pose = mapped(corners)
     odometry = planar(300.0, 0.0, 0.0)
     for k in (20, 21):
-        found = mapper.add(k * NS, cloud(corners, pose, seed=k), odometry)
+        found = mapper.add(Cloud(k * NS, cloud(corners, pose, seed=k), odometry))
     assert lost in found.lost
     assert lost or not found.lost
 
@@ -160,7 +161,7 @@ def test_odometry_says_nothing_of_the_place_in_a_saved_map():
     for k in range(3):
         here = planar(0.3 + 0.1 * k, 0.2, 0.1)
         turned = planar(0.0, 0.0, np.pi) @ here  # the room looks the same from there
-        assert mapper.add(k * NS, cloud(OBLONG, turned, seed=k), here).lost
+        assert mapper.add(Cloud(k * NS, cloud(OBLONG, turned, seed=k), here)).lost
 
 
 def in_hall(x, yaw=0.0, seed=0):
@@ -175,7 +176,7 @@ def hall():
     mapper = Mapper(MapConfig())
     for k, x in enumerate(np.arange(1.5, 21.0, 0.5)):
         pose, points = in_hall(x, seed=k)
-        found = mapper.add(k * NS, points, pose)
+        found = mapper.add(Cloud(k * NS, points, pose))
     assert not found.lost
     np.testing.assert_allclose(found.pose, pose, atol=0.03)
     return mapper
@@ -196,7 +197,7 @@ def lost_in_hall():
 def found_in_hall(mapper, k, x, start):
     """Return the estimate of a place along the hall, whose odometry began elsewhere."""
     pose, points = in_hall(x, seed=100 + k)
-    return mapper.add(k * NS, points, start @ pose)
+    return mapper.add(Cloud(k * NS, points, start @ pose))
 
 
 def test_of_places_that_look_alike_the_way_between_them_tells_which_one_it_is():
@@ -222,7 +223,7 @@ def test_a_room_that_fits_by_nine_tenths_may_be_another_one():
     for k in range(8):
         points = cloud(CROOKED, planar(0.0, 0.0, 0.0), seed=k)
         points[(points[:, 1] < -2.0) & (np.abs(points[:, 0]) < 1.1), 1] -= 0.8
-        found = mapper.add(k * NS, points, planar(3.0, 0.0, 1.0))
+        found = mapper.add(Cloud(k * NS, points, planar(3.0, 0.0, 1.0)))
         assert '95% must' in found.lost or 'soon' in found.lost
 
 
@@ -350,7 +351,7 @@ def test_a_robot_that_drove_on_without_clouds_is_where_odometry_says():
     mapper, _ = mapped(CROOKED)
     for k in range(30, 34):
         here = planar(0.8 + 0.68 * (k - 4), 0.0, 0.2)
-        found = mapper.add(k * NS, next_room(here), here)
+        found = mapper.add(Cloud(k * NS, next_room(here), here))
         assert not found.lost
         assert found.matched == (k > 30)  # the first one by odometry alone
         np.testing.assert_allclose(found.pose, here, atol=0.02)
@@ -365,14 +366,14 @@ def test_clouds_that_show_nothing_real_do_not_take_the_robot_to_a_room_that_look
     rng = np.random.default_rng(2)
     for k in range(6, 30):
         here = planar(0.68 * (k - 4), 0.0, 0.2)
-        assert mapper.add(k * NS, rng.uniform(-1.5, 1.5, (4000, 3)), here).lost
+        assert mapper.add(Cloud(k * NS, rng.uniform(-1.5, 1.5, (4000, 3)), here)).lost
     for k in range(30, 50):
         here = planar(0.68 * 26 + 0.05 * (k - 30), 0.0, 0.2)
-        found = mapper.add(k * NS, next_room(here), here)
+        found = mapper.add(Cloud(k * NS, next_room(here), here))
         assert found.lost
     back = planar(0.5, 0.3, 0.1)
     for k in range(90, 96):
-        found = mapper.add(k * NS, cloud(CROOKED, back, seed=k), back)
+        found = mapper.add(Cloud(k * NS, cloud(CROOKED, back, seed=k), back))
     assert not found.lost
     np.testing.assert_allclose(found.pose, back, atol=0.02)
 

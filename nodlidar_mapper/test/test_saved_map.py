@@ -8,6 +8,7 @@ import sys
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_mapper.mapper import Mapper
@@ -25,7 +26,7 @@ def drive(mapper, seed=0, count=12):
     """Map the room on an arc."""
     for k in range(count):
         pose = planar(0.3 * k - 1.5, 0.1 * k - 0.5, 0.1 * k)
-        mapper.add(k * NS, cloud(CROOKED, pose, seed=seed + k), pose)
+        mapper.add(Cloud(k * NS, cloud(CROOKED, pose, seed=seed + k), pose))
     return mapper
 
 
@@ -116,7 +117,9 @@ def test_the_robot_is_found_anywhere_in_a_loaded_map(saved, extend):
     mapper = Mapper(config, *load_keyframes(saved))
     size = len(mapper.keyframes)
     true, odometry = planar(1.5, 1.5, -2.0), planar(7.0, -3.0, 0.4)
-    found = [mapper.add(k * NS, cloud(CROOKED, true, seed=50 + k), odometry) for k in range(6)]
+    found = [
+        mapper.add(Cloud(k * NS, cloud(CROOKED, true, seed=50 + k), odometry)) for k in range(6)
+    ]
     assert found[0].lost
     assert not found[-1].lost
     np.testing.assert_allclose(found[-1].pose, true, atol=0.02)
@@ -132,7 +135,7 @@ def test_without_a_frame_in_common_the_robot_is_not_found(saved):
     mapper = Mapper(MapConfig(), *load_keyframes(saved))
     other = np.array([(-9.0, -1.0), (3.0, -1.0), (3.0, 1.2), (-9.0, 0.5)])
     for k in range(3):
-        assert mapper.add(k * NS, cloud(other, np.eye(4), seed=k), np.eye(4)).lost
+        assert mapper.add(Cloud(k * NS, cloud(other, np.eye(4), seed=k), np.eye(4))).lost
 
 
 @settings(max_examples=30)

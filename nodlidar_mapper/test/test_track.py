@@ -36,7 +36,7 @@ def test_where_the_lidar_was_is_known_however_the_clouds_of_sensors_follow(stamp
 @pytest.mark.parametrize('stamps', STAMPS.values(), ids=STAMPS)
 def test_a_track_that_begins_again_knows_the_first_speed(stamps):
     robots = [(round(t * NS), planar(0.4 * t, 0.0, 0.0)) for t in stamps]
-    track = Track(MapConfig()).before(robots)
+    track = Track(MapConfig()).restarted(robots)
     track.predicted(*robots[0])
     seen = track.seen(np.ones((1, 3)), np.array([0.5]), np.zeros(3))
     np.testing.assert_allclose(seen.origins, [[-0.2, 0.0, 0.0]], atol=1e-9)

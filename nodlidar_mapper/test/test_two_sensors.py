@@ -7,6 +7,7 @@ from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, moved, planar
 from nodlidar_mapper.mapper import Mapper
@@ -77,7 +78,7 @@ def robot_at(recording, stamp_ns):
 def drive(clouds):
     mapper = Mapper(MapConfig())
     found = [
-        mapper.add(stamp_ns, points, odometry, mount_of(name))
+        mapper.add(Cloud(stamp_ns, points, odometry, mount_of(name)))
         for stamp_ns, name, points, odometry in clouds
     ]
     return mapper, found

@@ -2,7 +2,7 @@
 
 Reads scans, joint states and odometry from TF. Writes into a folder: the points of the map
 (map.ply), its occupancy grid as map_server reads it (map.pgm, map.yaml), a picture (map.png), the
-map to go on from (keyframes.npz), and the poses of the sensor as lines of time, position and
+map to go on from (keyframes.npz), and the path of the robot as lines of time, position and
 quaternion (trajectory.txt).
 """
 
@@ -67,7 +67,7 @@ def main(argv: Sequence[str] | None) -> None:
     assert log.odometry is not None
     delay = odometry_delay(clouds, log.odometry, config)
     jitter = OdometryJitter.worst(log.odometry)
-    way = float(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1).sum())
+    length = float(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1).sum())
     table = Table(show_header=False)
     table.add_column()
     table.add_column(justify='right', overflow='fold')
@@ -78,7 +78,7 @@ def main(argv: Sequence[str] | None) -> None:
         'clouds that do not fit the map': sum(each.lost not in ('', NO_MAP) for each in found),
         'odometry is late by': _late(*delay, config.odometry_delay),
         **({} if jitter is None else {'its stamps jitter by': jitter}),
-        'way': f'{way:.1f} m',
+        'path': f'{length:.1f} m',
         'keyframes': len(mapper.keyframes),
         'loops closed': mapper.loops,
         'points': len(surface.points),

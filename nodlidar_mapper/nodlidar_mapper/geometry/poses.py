@@ -1,4 +1,9 @@
-"""Poses in space as homogeneous matrices, shape (..., 4, 4)."""
+"""Poses in space as homogeneous matrices, shape (..., 4, 4).
+
+A covariance (6, 6) is of a change as `corrected` takes it: x, y, z [m] and turns [rad]
+about these axes, those of the parent frame, through the pose's own position. An information is
+the inverse of a covariance.
+"""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

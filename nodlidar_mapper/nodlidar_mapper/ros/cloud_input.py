@@ -16,6 +16,7 @@ from nodlidar_common.ros.tf_odometry import TfOdometry
 from nodlidar_common.silence import Silence
 from nodlidar_common.stamps import LATEST_NS, time_ns
 from nodlidar_common.survival import Survival
+from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import NodeConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.ros import messages
@@ -36,26 +37,6 @@ BUSY = 'cloud that came while others were matched'
 MALFORMED = 'malformed cloud'
 NO_ODOMETRY = 'cloud without odometry at its stamp'
 OF_ODOMETRY = 'cloud in the frame of odometry: set ego_motion: deskew in the assembler'
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Cloud:
-    """A cloud with poses.
-
-    Attributes
-    ----------
-    stamp_ns, points, age
-        Instant [ns]; points in the frame of the cloud [m], shape (n, 3); their age then [s],
-        shape (n,), None if unknown.
-    odometry, mount
-        Pose of that frame in the frame of odometry, and in that of the robot.
-    """
-
-    stamp_ns: int
-    points: Array
-    age: Array | None
-    odometry: Array
-    mount: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,7 +145,8 @@ class CloudInput:
                 self._node.get_logger().warning(text, throttle_duration_sec=5.0)
         for each, poses in sorted(placed.items(), key=lambda item: item[0].stamp_ns):
             try:
-                cloud = Cloud(each.stamp_ns, *points_in(each.message), *poses)
+                points, age = points_in(each.message)
+                cloud = Cloud(each.stamp_ns, points, *poses, age)
                 self._waiting.remove(each)
                 self._dropped_ns = None
                 return cloud

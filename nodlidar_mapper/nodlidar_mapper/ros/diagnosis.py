@@ -10,7 +10,7 @@ from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
-from nodlidar_mapper.live import Progress
+from nodlidar_mapper.live import MapSnapshot
 
 if TYPE_CHECKING:
     from nodlidar_mapper.ros.node import MapperNode
@@ -60,8 +60,8 @@ class Diagnosis:
         return unheard if len(unheard) < len(silences) else []
 
     def _lost(self) -> bool:
-        progress = self._node.output.progress
-        return progress is not None and bool(progress.estimate.lost)
+        snapshot = self._node.output.snapshot
+        return snapshot is not None and bool(snapshot.estimate.lost)
 
     def _shared(self) -> list[str]:
         """Return what has more than one publisher: clouds of another are a wrong place."""
@@ -80,18 +80,18 @@ class Diagnosis:
         self._recent.add(steady_ns(), self._seen)
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        node, progress = self._node, self._node.output.progress
+        node, snapshot = self._node, self._node.output.snapshot
         self._note_drops()
-        self._summarise(status, progress)
+        self._summarise(status, snapshot)
         status.add('clouds', str(node.clouds.received))
         for name, count in self._seen.items():
             status.add(name, str(count))
-        if progress is not None:
-            estimate = progress.estimate
+        if snapshot is not None:
+            estimate = snapshot.estimate
             deviation = estimate.covariance.diagonal() ** 0.5
             values = {
-                'keyframes': len(progress.keyframes),
-                'loops closed': progress.loops,
+                'keyframes': len(snapshot.keyframes),
+                'loops closed': snapshot.loops,
                 'points near the map that lie on it [%]': f'{100.0 * estimate.share:.0f}',
                 'their distance from it, RMS [mm]': f'{1000.0 * estimate.residual:.1f}'
                 if estimate.share
@@ -104,16 +104,16 @@ class Diagnosis:
                 status.add(name, str(value))
         return status
 
-    def _summarise(self, status: DiagnosticStatusWrapper, progress: Progress | None) -> None:
+    def _summarise(self, status: DiagnosticStatusWrapper, snapshot: MapSnapshot | None) -> None:
         node = self._node
         status.summary(DiagnosticStatus.OK, 'the robot is found in the map')
-        if progress is None:
+        if snapshot is None:
             status.summary(DiagnosticStatus.WARN, 'no cloud matched yet')
             if node.clouds.received and node.clouds.odometry.missing_input:
                 text = f'no odometry: {node.clouds.odometry.missing_input}'
                 status.mergeSummary(DiagnosticStatus.ERROR, text)
-        elif progress.estimate.lost:
-            text = f'lost: {progress.estimate.lost}'
+        elif snapshot.estimate.lost:
+            text = f'lost: {snapshot.estimate.lost}'
             status.summary(DiagnosticStatus.ERROR, text)
         for topic, silent in self._silent().items():
             status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud on {topic} for {silent:.1f} s')

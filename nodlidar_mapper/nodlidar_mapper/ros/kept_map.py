@@ -14,7 +14,7 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
-from nodlidar_mapper.live import make_parent, Progress, save, save_keyframes_of
+from nodlidar_mapper.live import make_parent, MapSnapshot, save, save_keyframes_of
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 PERIOD = 30.0  # s
@@ -41,14 +41,14 @@ class KeptMap:
     def __init__(self, config: MapperConfig, log: RcutilsLogger) -> None:
         self._config, self._log = config, log
         self._thread, self._finishing = Background(), Background()
-        self._ended: deque[tuple[Path, Progress]] = deque()  # whose keyframes are not saved yet
-        self._unfinished: deque[tuple[Path, Progress]] = deque()  # whose other files are not
+        self._ended: deque[tuple[Path, MapSnapshot]] = deque()  # whose keyframes are not saved yet
+        self._unfinished: deque[tuple[Path, MapSnapshot]] = deque()  # whose other files are not
         self._folders: set[Path] = set()
         if config.save_folder:
             _check(config.save_folder)
         self.begin()
 
-    def begin(self, ended: Progress | None = None) -> None:
+    def begin(self, ended: MapSnapshot | None = None) -> None:
         """Take another map, which begins; the one that ended is saved."""
         if ended is not None and self._config.save_folder:
             self._ended.append((self._own_folder(), ended))
@@ -56,7 +56,7 @@ class KeptMap:
         self._saved: Sequence[Keyframe] = []
         self._wait()
 
-    def step(self, progress: Progress | None) -> None:
+    def step(self, snapshot: MapSnapshot | None) -> None:
         """Save maps that ended, or the keyframes if it is time and they have changed."""
         self._thread.deliver()
         self._finishing.deliver()
@@ -68,17 +68,17 @@ class KeptMap:
             ended = self._ended.popleft()
             self._add_unfinished(ended)
             self._save_in_background(ended)
-        elif progress is not None and self._is_due(progress):
+        elif snapshot is not None and self._is_due(snapshot):
             self._wait()
-            self._saved = progress.keyframes
-            self._save_in_background((self._own_folder(), progress))
+            self._saved = snapshot.keyframes
+            self._save_in_background((self._own_folder(), snapshot))
 
-    def end(self, progress: Progress | None) -> None:
+    def end(self, snapshot: MapSnapshot | None) -> None:
         """Save the map, and those before it that were not saved yet, all keyframes first."""
         self._thread.end()
         self._finishing.end()
-        if progress is not None and self._config.save_folder:
-            self._ended.append((self._own_folder(), progress))
+        if snapshot is not None and self._config.save_folder:
+            self._ended.append((self._own_folder(), snapshot))
         for map_in_folder in self._ended:
             self._save_keyframes(*map_in_folder)
         for map_in_folder in (*self._unfinished, *self._ended):
@@ -86,18 +86,18 @@ class KeptMap:
         self._unfinished.clear()
         self._ended.clear()
 
-    def _is_due(self, progress: Progress) -> bool:
+    def _is_due(self, snapshot: MapSnapshot) -> bool:
         """Return whether the keyframes are to be saved now."""
         wanted = bool(self._config.save_folder) and steady_ns() >= self._after_ns
-        return wanted and self._saved != progress.keyframes
+        return wanted and self._saved != snapshot.keyframes
 
-    def _save_in_background(self, map_in_folder: tuple[Path, Progress]) -> None:
+    def _save_in_background(self, map_in_folder: tuple[Path, MapSnapshot]) -> None:
         self._thread.start(lambda: self._save_keyframes(*map_in_folder), lambda _: None)
 
-    def _finish_in_background(self, map_in_folder: tuple[Path, Progress]) -> None:
+    def _finish_in_background(self, map_in_folder: tuple[Path, MapSnapshot]) -> None:
         self._finishing.start(lambda: self._finish(*map_in_folder), lambda _: None)
 
-    def _add_unfinished(self, map_in_folder: tuple[Path, Progress]) -> None:
+    def _add_unfinished(self, map_in_folder: tuple[Path, MapSnapshot]) -> None:
         """Add a map to those whose other files are to be saved, which wait in memory."""
         self._unfinished.append(map_in_folder)
         if len(self._unfinished) > MOST_WAITING:
@@ -106,14 +106,14 @@ class KeptMap:
                 f"maps end faster than they can be saved: '{folder.absolute()}' has only keyframes"
             )
 
-    def _save_keyframes(self, folder: Path, progress: Progress) -> None:
+    def _save_keyframes(self, folder: Path, snapshot: MapSnapshot) -> None:
         with self._telling():
-            save_keyframes_of(folder, progress)
+            save_keyframes_of(folder, snapshot)
 
-    def _finish(self, folder: Path, progress: Progress) -> None:
+    def _finish(self, folder: Path, snapshot: MapSnapshot) -> None:
         with self._telling():
             self._log.info(f"saving the other files of the map in '{folder.absolute()}'")
-            self._log.info(save(folder, progress, self._config, with_keyframes=False))
+            self._log.info(save(folder, snapshot, self._config, with_keyframes=False))
 
     def _wait(self) -> None:
         self._after_ns = steady_ns() + round(PERIOD * NS_PER_S)

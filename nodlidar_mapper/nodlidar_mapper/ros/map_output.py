@@ -16,7 +16,7 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
-from nodlidar_mapper.live import drawn, LiveMapper, load, Progress, save
+from nodlidar_mapper.live import LiveMapper, load, MapSnapshot, save, surface_and_grid
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.kept_map import KeptMap
 from nodlidar_msgs.srv import MapFolder
@@ -41,7 +41,7 @@ class MapOutput:
 
     Attributes
     ----------
-    progress
+    snapshot
         What is known after the last cloud; None without any.
     unanswered
         Number of requests that were not answered yet.
@@ -52,7 +52,7 @@ class MapOutput:
     ) -> None:
         self._config, self._on_load, self._log = config, on_load, node.get_logger()
         self._kept = KeptMap(config, self._log)
-        self.progress: Progress | None = None
+        self.snapshot: MapSnapshot | None = None
         self.unanswered = 0
         self._thread = Background()
         self._requests: deque[tuple[Callable[[], Any], Callable[[Any], None]]] = deque()
@@ -80,37 +80,37 @@ class MapOutput:
 
     def begin(self) -> None:
         """Let another map begin: the one that was drawn is saved if wanted, and forgotten."""
-        self._kept.begin(self.progress)
-        self.progress, self._draw_after_ns, self._drawn = None, 0, []
+        self._kept.begin(self.snapshot)
+        self.snapshot, self._draw_after_ns, self._drawn = None, 0, []
 
     def step(self) -> None:
         """Take what is ready, and start what is next; raise what failed."""
-        self._kept.step(self.progress)
+        self._kept.step(self.snapshot)
         self._thread.deliver()
         if self._thread.busy:
             return
         if self._requests:
             self._thread.start(*self._requests.popleft())
-        elif self.progress is not None and steady_ns() >= self._draw_after_ns:
-            self._draw(self.progress)
+        elif self.snapshot is not None and steady_ns() >= self._draw_after_ns:
+            self._draw(self.snapshot)
 
     def end(self) -> None:
         """Save the map where save_folder wants it; wait for the thread."""
-        self._kept.end(self.progress)
+        self._kept.end(self.snapshot)
         self._thread.end()
 
-    def _draw(self, progress: Progress) -> None:
+    def _draw(self, snapshot: MapSnapshot) -> None:
         """Publish the path and, if it has changed, the map."""
         begin_ns, config = steady_ns(), self._config
         before = self._drawn
-        same = before == progress.keyframes
+        same = before == snapshot.keyframes
         # A failure must not be repeated at once.
         self._draw_after_ns = begin_ns + round(config.map_period * NS_PER_S)
 
         def draw() -> tuple[Any, ...]:
-            at = progress.estimate.stamp_ns, config.map_frame
-            path = messages.path_message(progress.stamps_ns, progress.path, *at)
-            found = None if same else drawn(progress.keyframes, config)
+            at = snapshot.estimate.stamp_ns, config.map_frame
+            path = messages.path_message(snapshot.stamps_ns, snapshot.path, *at)
+            found = None if same else surface_and_grid(snapshot.keyframes, config)
             if found is None:
                 return (path,)
             surface, grid = found
@@ -122,7 +122,7 @@ class MapOutput:
             now_ns = steady_ns()
             pause_ns = round((now_ns - begin_ns) * (1.0 / SHARE - 1.0))
             self._draw_after_ns = max(self._draw_after_ns, now_ns + pause_ns)
-            self._drawn = progress.keyframes
+            self._drawn = snapshot.keyframes
             for publisher, message in zip(self._publishers, found, strict=False):
                 publisher.publish(message)
 
@@ -134,9 +134,9 @@ class MapOutput:
         self, request: MapFolder.Request, response: MapFolder.Response
     ) -> MapFolder.Response:
         """Save the map as it is now."""
-        progress = self.progress
+        snapshot = self.snapshot
         return await self._answered(
-            response, lambda: save(_folder(request), progress, self._config), str
+            response, lambda: save(_folder(request), snapshot, self._config), str
         )
 
     async def _load(

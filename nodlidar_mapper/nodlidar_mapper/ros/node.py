@@ -17,7 +17,7 @@ from nodlidar_common.survival import Survival
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, placed
-from nodlidar_mapper.live import continued, LiveMapper, load, Progress
+from nodlidar_mapper.live import continued, LiveMapper, load, MapSnapshot
 from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.cloud_input import CloudInput
@@ -90,23 +90,23 @@ class MapperNode(Node):
         begin_ns, mapper = steady_ns(), self._mapper
         given, self._given = self._given, None
 
-        def work() -> Progress:
+        def work() -> MapSnapshot:
             if given is not None:
                 map_from_odometry, covariance = given
-                robot = cloud.odometry @ inverse(cloud.mount)
-                mapper.place(map_from_odometry @ robot, cloud.stamp_ns, robot, covariance)
-            return mapper.add(cloud.stamp_ns, cloud.points, cloud.odometry, cloud.mount, cloud.age)
+                stamp_ns, robot = cloud.robot
+                mapper.place(map_from_odometry @ robot, stamp_ns, robot, covariance)
+            return mapper.add(cloud)
 
         self._matching.start(work, lambda found: self._matched(mapper, found, begin_ns))
 
-    def _matched(self, mapper: LiveMapper, progress: Progress, begin_ns: int) -> None:
+    def _matched(self, mapper: LiveMapper, snapshot: MapSnapshot, begin_ns: int) -> None:
         """Publish where the robot is, unless it is lost or another map was begun meanwhile."""
         if mapper is not self._mapper:
             return
-        self._log_change(self.output.progress, progress)
-        self.output.progress = progress
+        self._log_change(self.output.snapshot, snapshot)
+        self.output.snapshot = snapshot
         self.diagnosis.matched((steady_ns() - begin_ns) / NS_PER_S)
-        estimate, config = progress.estimate, self.config
+        estimate, config = snapshot.estimate, self.config
         if estimate.map_from_odometry is not None and self._given is None:
             self._map_from_odometry = estimate.map_from_odometry
         if not estimate.matched:
@@ -117,7 +117,7 @@ class MapperNode(Node):
             at = estimate.stamp_ns, config.map_frame
             self._pose.publish(messages.estimate_message(pose, covariance, *at))
 
-    def _log_change(self, before: Progress | None, now: Progress) -> None:
+    def _log_change(self, before: MapSnapshot | None, now: MapSnapshot) -> None:
         """Log when the robot is found in the map or lost, and when a loop was closed."""
         log, lost = self.get_logger(), now.estimate.lost
         lost_before = before.estimate.lost if before else NO_MAP
@@ -153,8 +153,8 @@ class MapperNode(Node):
             return
         self.get_logger().warning('time went back: the robot is searched in the whole map')
         self._map_from_odometry = self._given = None
-        if self.output.progress is not None:  # it stays, to be drawn and saved
-            self._mapper = continued(self.output.progress, self.config)
+        if self.output.snapshot is not None:  # it stays, to be drawn and saved
+            self._mapper = continued(self.output.snapshot, self.config)
 
     def _pose_was_set(self, message: PoseWithCovarianceStamped) -> None:
         """Continue at a pose that a person set, with the newest odometry."""

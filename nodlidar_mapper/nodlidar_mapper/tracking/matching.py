@@ -169,16 +169,18 @@ def match(
         if np.count_nonzero(near) < LEAST_MATCHED:
             break  # at the border of the map; the step before counts
         on, normal = here.points[near], normals[near]
-        off = np.einsum('ni,ni->n', on - surface.points[nearest[near]], normal)
-        weight = 1.0 / (1.0 + (off / (2.0 * width)) ** 2) / noise**2 / CORRELATION
+        residuals = np.einsum('ni,ni->n', on - surface.points[nearest[near]], normal)
+        weight = 1.0 / (1.0 + (residuals / (2.0 * width)) ** 2) / noise**2 / CORRELATION
         points = on - pose[:3, 3]
-        information, pull, shows = _equations(points, normal, weight, off, shares[near], free)
+        information, pull, shows = _equations(
+            points, normal, weight, residuals, shares[near], free
+        )
         far = float(change @ prior @ change)
         prior_weight = min((TAILS + len(free)) / (TAILS + far), 1.0) if slips else 1.0
         pull -= prior_weight * (prior @ change)
         step = np.zeros(6)
         step[free] = solved((information + prior_weight * prior)[np.ix_(free, free)], pull[free])
-        fit = _Fit(near, off, shows, information, far, prior_weight)
+        fit = _Fit(near, residuals, shows, information, far, prior_weight)
         pose = corrected(pose, step)
         if np.abs(step).max() < CONVERGED and width == noise:
             break
@@ -190,12 +192,12 @@ def match(
 class _Fit(NamedTuple):
     """A step of the search: which points are near the surface, (n,), and of those, (m,), the rest.
 
-    off is their distance from it [m], shows whether they show the pose; far is the squared
+    residuals are their distances from it [m], shows whether they show the pose; far is the squared
     distance of the pose from the guess, by the prior.
     """
 
     near: NDArray[np.bool_]
-    off: Array
+    residuals: Array
     shows: NDArray[np.bool_]
     information: Array
     far: float
@@ -204,12 +206,12 @@ class _Fit(NamedTuple):
 
 def _judged(fit: _Fit, pose: Array, config: MatchingConfig) -> Match:
     """Return the match of the last step, which led to a pose."""
-    near, off, free, noise = fit.near, fit.off, config.free, config.range_error
+    near, residuals, free, noise = fit.near, fit.residuals, config.free, config.range_error
     fits = near.copy()
-    fits[near] = np.abs(off) < 5.0 * noise
+    fits[near] = np.abs(residuals) < 5.0 * noise
     judged = np.count_nonzero(fit.shows) + np.count_nonzero(~near)
     away = np.full(len(near), config.reach / 2.0)
-    away[near] = off
+    away[near] = residuals
     cost = 2.0 / CORRELATION * float(np.log1p((away / (2.0 * noise)) ** 2).sum())
     cost += (TAILS + len(free)) / 2.0 * float(np.log1p(fit.far / TAILS))
     return Match(
@@ -218,7 +220,7 @@ def _judged(fit: _Fit, pose: Array, config: MatchingConfig) -> Match:
         near_share=float(np.mean(near)),
         share=float(np.mean(fits[near])),
         informative_share=np.count_nonzero(fits[near] & fit.shows) / max(judged, 1),
-        residual=float(np.sqrt(np.mean(off[fits[near]] ** 2))) if fits.any() else np.inf,
+        residual=float(np.sqrt(np.mean(residuals[fits[near]] ** 2))) if fits.any() else np.inf,
         cost=cost,
         prior_weight=fit.prior_weight,
         on=fits,
@@ -226,7 +228,7 @@ def _judged(fit: _Fit, pose: Array, config: MatchingConfig) -> Match:
 
 
 def _equations(
-    points: Array, normals: Array, weight: Array, off: Array, shares: Array, free: list[int]
+    points: Array, normals: Array, weight: Array, residuals: Array, shares: Array, free: list[int]
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the information (6, 6) about the pose, what pulls it (6,), and which points show it.
 
@@ -237,7 +239,7 @@ def _equations(
     ----------
     points, normals
         From the robot to the points [m], and normals of their planes, shape (n, 3).
-    weight, off
+    weight, residuals
         Of each point, and its distance from its plane [m], shape (n,).
     shares
         Of the motion, by which each point moves, shape (n,).
@@ -262,5 +264,5 @@ def _equations(
     directions[free] = axes / unit[:, None]
     directions = lever(middle).T @ directions
     information = (directions * np.einsum('nk,nk->k', counted, leaves)) @ directions.T
-    pull = -directions @ np.einsum('n,nk->k', off, counted)
+    pull = -directions @ np.einsum('n,nk->k', residuals, counted)
     return information, pull, (surely > 0.0).any(axis=1)

@@ -30,9 +30,11 @@ TIMES = 4  # that are remembered; the clouds of several sensors may come in quic
 SPEED_OVER = 0.1  # time over which the speed is measured, at least [s]
 UNSTEADY = 0.5  # share of the slip along the way that is not always alike; in turns, none is
 SLIPPERY = 2.0  # the same where wheels have slipped: they will again
-FLOOR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
+LEAST_ERROR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
 CERTAIN = np.diag([1e-10] * 6)  # covariance of what is not estimated [m^2], [rad^2]
-JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)  # covariance after a jump of odometry [m^2], [rad^2]
+AFTER_JUMP = np.diag(
+    [0.2**2] * 3 + [0.1**2] * 3
+)  # covariance after a jump of odometry [m^2], [rad^2]
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ class Track:
         self._speed_since: tuple[int, Array] | None = None
         # Rates (6,) [m/s], [rad/s]: of the robot backwards, and of the errors of odometry.
         self._back = self._miscounted = np.zeros(6)
-        self._slipped = 0.0  # 1 where wheels have just slipped, forgotten over MEMORY
+        self._slip_memory = 0.0  # 1 where wheels have just slipped, forgotten over MEMORY
         self.pose: Array | None = None
         self.covariance = self._known = np.diag([1e-6] * 6)  # now, and after the last match
         self.jump = ''
@@ -110,7 +112,7 @@ class Track:
             begin[:3, 3] -= SPACING * np.rint(begin[:3, 3] / SPACING)
             return begin
         self._known = self.covariance
-        added = self._count(stamp_ns, odometry)
+        added = self._take_motion(stamp_ns, odometry)
         guess = self._guess = np.asarray(self.pose @ self._last_motion)
         self.covariance = carried(self.covariance, guess[:3, 3] - self.pose[:3, 3]) + added
         self.covariance[self._fixed] = CERTAIN[self._fixed]
@@ -156,7 +158,7 @@ class Track:
             Share of its information with which odometry counted. What it lacks is noise, and no
             error that stays.
         """
-        self._slipped = max(self._slipped, 1.0 - prior_weight)
+        self._slip_memory = max(self._slip_memory, 1.0 - prior_weight)
         surprise = (1.0 / prior_weight - 1.0) * self.covariance
         self._known, self.covariance = self._known + surprise, self.covariance + surprise
         if self.pose is not None and not self.jump:
@@ -171,7 +173,7 @@ class Track:
             )
         self.covariance = inverted(inverted(self.covariance) + information)
 
-    def before(self, first: Sequence[tuple[int, Array]]) -> Track:
+    def restarted(self, first: Sequence[tuple[int, Array]]) -> Track:
         """Return a track that begins again, with the learned errors of odometry.
 
         Parameters
@@ -206,7 +208,7 @@ class Track:
         assert self.pose is not None
         return turning(self.pose[:3, :3])
 
-    def _count(self, stamp_ns: int, odometry: Array) -> Array:
+    def _take_motion(self, stamp_ns: int, odometry: Array) -> Array:
         """Take the motion since the last cloud; return the covariance that it adds."""
         motion = inverse(self._odometry) @ odometry
         distance, turn = between(np.eye(4), motion)
@@ -218,15 +220,15 @@ class Track:
             self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
             self._counted = self._last_motion
             self._speed_since = stamp_ns, odometry
-            return JUMP
+            return AFTER_JUMP
         if not self.paused:
             self._seconds.append(seconds)
         up = self._odometry[2, :3]
         self._counted, self._last_motion = motion, self._odometry_errors.corrected(motion, up)
         self._measure_speed(stamp_ns, odometry)
-        shift, rotation = FLOOR
-        self._slipped *= float(np.exp(-distance / MEMORY))
-        unsteady_share = UNSTEADY + (SLIPPERY - UNSTEADY) * self._slipped
+        shift, rotation = LEAST_ERROR
+        self._slip_memory *= float(np.exp(-distance / MEMORY))
+        unsteady_share = UNSTEADY + (SLIPPERY - UNSTEADY) * self._slip_memory
         slip, straight = config.odometry_slip, unsteady_share * distance
         unsteady = np.diag(
             [(shift + slip * straight) ** 2] * 3 + [(rotation + slip * (turn + straight)) ** 2] * 3
