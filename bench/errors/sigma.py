@@ -10,7 +10,7 @@ from functools import partial
 
 from nodlidar_assembler.bags.sensor_log import outcomes
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
-from nodlidar_assembler.clouds.points import nodded
+from nodlidar_assembler.clouds.points import nod_in_place
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import simulated_log
@@ -73,7 +73,7 @@ def _ratios(seen: Recording) -> Iterator[Array]:
             continue  # the first and the last scan lack samples
         placed, beams = outcome.assembled.placed, outcome.assembled.beams
         true = beams.direction * seen.true_range[number] + beams.laser_pose.position[:, None]
-        off = placed.xyz - nodded(true, seen.true_pitch[number])[:, placed.beams]
+        off = placed.xyz - nod_in_place(true, seen.true_pitch[number])[:, placed.indices]
         yield np.linalg.norm(off, axis=0) / placed.sigma
 
 

@@ -115,7 +115,7 @@ def _ends(beams: Beams, ranges: Array, pitch: Array) -> Array:
     """Return the ends of beams [m], (b, 3), NaN without a range."""
     placed = place(beams, ranges, pitch)  # type: ignore[arg-type]
     points = np.full((len(ranges), 3), np.nan)
-    points[placed.beams] = placed.xyz.T
+    points[placed.indices] = placed.xyz.T
     return points
 
 

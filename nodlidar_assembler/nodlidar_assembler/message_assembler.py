@@ -12,7 +12,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 
 CLOCK_WAS_SET = 'the clock was set'
-_OTHER_CLOCK = 60.0  # s; what came just before a scan was not measured so long before it
+_OTHER_CLOCK = 60.0  # s between stamps of what comes together: clocks are not synchronised
 
 
 class MessageAssembler(ScanAssembler):
@@ -45,7 +45,8 @@ class MessageAssembler(ScanAssembler):
         self._missing_odometry = missing_odometry
         self._scan_input = ScanInput(config)
         self._joint_came = False  # since the last scan
-        self._ahead = 0.0  # stamps of joint states of the scan that came with them [s]
+        # By how much stamps of joint states are ahead of that of the scan that came with them [s].
+        self._ahead = 0.0
         self.timing = self._scan_input.timing
         self.joint = JointInput(config, self.drops)
 

@@ -120,7 +120,10 @@ class ScanAssembler:
     def add_odometry(
         self, time_ns: int, position: Sequence[float], orientation: Sequence[float]
     ) -> None:
-        """Add a pose stamped [ns], x y z [m], x y z w; if over a second older, time went back."""
+        """Add a pose of the robot in the frame of odometry: stamp [ns], x y z [m], x y z w.
+
+        If it is more than a second older than the last one, time went back.
+        """
         time_ns -= self._odometry_delay_ns
         if (self._odometry.newest_ns or 0) - time_ns > TIME_JUMP_NS:
             self.odometry_went_back()

@@ -147,7 +147,7 @@ def test_what_is_removed_is_counted_among_the_remarks():
     assembler.add_scan(Scan(10**6, geometry(6), ranges), 0)
     assembler.add_joint_sample(10**7, 0.0)
     (outcome,) = assembler.ready(10**7)
-    assert len(outcome.assembled.placed.beams) == 3
+    assert len(outcome.assembled.placed.indices) == 3
     assert assembler.remarks == {'points removed as mixed pixels': 3}
 
 

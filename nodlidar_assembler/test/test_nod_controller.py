@@ -178,7 +178,7 @@ def test_another_plan_goes_on_from_the_present_pitch(mode):
     now_ns = BEGIN_NS + 23 * PERIOD_NS
     before, _ = controller.command
     other = AssemblerConfig(pitch_min=-0.7, samples_per_sweep=6003, nod_mode=mode)
-    controller.plan(other, now_ns)
+    controller.reconfigure(other, now_ns)
     after, _ = controller.command
     assert (after.pitch_min, after.samples_per_sweep) == (-0.7, 6003)
     pitch = [float(nod.pitch(np.array([now_ns]))[0]) for nod in (before, after)]
@@ -190,7 +190,7 @@ def test_another_plan_goes_on_from_the_present_pitch(mode):
 
 def test_a_plan_before_the_first_scan_is_that_of_the_first_scan():
     controller = NodController(AssemblerConfig(samples_per_sweep=4001))
-    controller.plan(AssemblerConfig(samples_per_sweep=6003), BEGIN_NS)
+    controller.reconfigure(AssemblerConfig(samples_per_sweep=6003), BEGIN_NS)
     assert controller.command is None
     assert run(controller, 1)[0][0].samples_per_sweep == 6003
 
@@ -213,7 +213,7 @@ def test_a_plan_is_for_the_lidar_that_was_seen():
     other = replace(URG, beams=360, angle_min=-math.pi, angle_increment=math.tau / 360)
     controller = NodController(AssemblerConfig(samples_per_sweep=4001))
     run(controller, 3, beams=Beams(other, REFERENCE_LASER_POSE))
-    controller.plan(AssemblerConfig(samples_per_sweep=6003), BEGIN_NS + 3 * PERIOD_NS)
+    controller.reconfigure(AssemblerConfig(samples_per_sweep=6003), BEGIN_NS + 3 * PERIOD_NS)
     assert controller.view.config.steps_per_revolution == 360
     assert math.gcd(controller.planned.samples_per_sweep, 360) == 1
 
@@ -225,7 +225,7 @@ def test_after_a_plan_the_nod_is_clocked_by_the_steps_that_it_is_coprime_with():
         step = math.tau / beams
         other = ScanGeometry(beams, 0.0, step, 0.1 / beams, 0.02, 12.0)
         run(controller, 3, beams=Beams(other, REFERENCE_LASER_POSE))
-    controller.plan(AssemblerConfig(pitch_max=0.4), BEGIN_NS + 3 * PERIOD_NS)
+    controller.reconfigure(AssemblerConfig(pitch_max=0.4), BEGIN_NS + 3 * PERIOD_NS)
     run(controller, 3, 4, beams=Beams(other, REFERENCE_LASER_POSE))
     nod, _ = controller.command
     steps = controller.view.config.steps_per_revolution
@@ -256,5 +256,5 @@ def test_limits_follow_the_range_while_configured_until_the_clock_is_set():
     for number in range(31, 60):
         shape = follow(number, 5 * PERIOD_NS)
     assert shape.pitch_max < 0.5
-    controller.let_limits_adapt(replace(config, adapt_limits=False))
+    controller.configure_limits(replace(config, adapt_limits=False))
     assert follow(60, 5 * PERIOD_NS) == fixed

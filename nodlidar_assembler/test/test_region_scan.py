@@ -208,7 +208,7 @@ def test_the_nod_is_given_back_as_it_was():
 
 def test_another_plan_counts_when_the_nod_is_given_back():
     controller, _, now_ns = follow(Region(0.1, 0.5, cell=0.1))
-    controller.plan(replace(CONFIG, pitch_min=-0.3, samples_per_sweep=4001), now_ns)
+    controller.reconfigure(replace(CONFIG, pitch_min=-0.3, samples_per_sweep=4001), now_ns)
     assert (controller.taken_over, controller.shape.pitch_min) == (True, 0.05)
     controller.give_back(now_ns)
     nod, _ = controller.command

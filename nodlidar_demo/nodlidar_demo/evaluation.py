@@ -35,7 +35,7 @@ def points_of_log(log: SensorLog, estimator: str, mixed_pixel_angle: float = 0.0
         raise EvaluationError(f'the log gives no points; scans dropped: {dict(drops)}')
     origin = clouds[0].origin
     times = np.concatenate([cloud.time_ns for cloud in clouds])
-    data = np.concatenate([cloud.counted_from(origin).data for cloud in clouds])
+    data = np.concatenate([cloud.data_from(origin) for cloud in clouds])
     return Points(times, data, origin)
 
 
@@ -115,7 +115,7 @@ def lidar_rms(
         if mixed_pixel_angle:
             ranges[find_mixed_pixels(ranges, scan.geometry, config)] = np.nan
         placed = place(beams, ranges, motion.position(times_ns))
-        distance = world.surface_distance(placed.xyz.T, times_ns[placed.beams])
+        distance = world.surface_distance(placed.xyz.T, times_ns[placed.indices])
         squares, count = squares + float(distance @ distance), count + len(distance)
     return math.sqrt(squares / max(count, 1))
 

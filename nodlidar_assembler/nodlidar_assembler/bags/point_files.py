@@ -61,7 +61,7 @@ class PointFile:
             self._frame_id = frame_id
             if 'sigma' in (cloud.data.dtype.names or ()):
                 self._record = RECORD_WITH_SIGMA
-        points = cloud.counted_from(self._origin).data
+        points = cloud.data_from(self._origin)
         records = np.empty(len(points), dtype=self._record)
         for name in set(self._record.names or ()) - {'time'}:
             records[name] = points[name]

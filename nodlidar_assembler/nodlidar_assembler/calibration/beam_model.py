@@ -13,7 +13,7 @@ from nodlidar_assembler.clouds.geometry import (
 from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
-from nodlidar_assembler.clouds.points import nodded
+from nodlidar_assembler.clouds.points import nod_in_place
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 import numpy as np
@@ -227,7 +227,7 @@ def ends_of(beams: MeasuredBeams, values: Values, with_moves: bool = True) -> En
             * ranges,
             'offset': direction,
         }
-    turned = nodded(np.stack(list(vectors.values()), axis=1), position - values.zero)
+    turned = nod_in_place(np.stack(list(vectors.values()), axis=1), position - values.zero)
     xyz, ways, *moved = turned.swapaxes(0, 1)
     if not with_moves:
         return Ends(xyz, ways, {})

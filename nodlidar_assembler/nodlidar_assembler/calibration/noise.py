@@ -9,9 +9,11 @@ Array = NDArray[np.float64]
 _LEAST = 1e-6  # variance [m^2]
 
 
-def noise_variance(off: Array, cosine: Array, ranges: Array) -> Array:
+def noise_variance(residual: Array, cosine: Array, ranges: Array) -> Array:
     """Return the variance of each residual [m^2]: a constant, and two that the range causes."""
-    clipped = np.minimum(np.abs(off), 3.0 * np.median(np.abs(off)) / 0.6745)
-    terms = np.stack([np.ones_like(off), cosine**2, (cosine * ranges) ** 2, ranges**2], axis=1)
+    clipped = np.minimum(np.abs(residual), 3.0 * np.median(np.abs(residual)) / 0.6745)
+    terms = np.stack(
+        [np.ones_like(residual), cosine**2, (cosine * ranges) ** 2, ranges**2], axis=1
+    )
     found, _ = nnls(terms[::7], clipped[::7] ** 2)
     return np.asarray(np.maximum(terms @ found, _LEAST))

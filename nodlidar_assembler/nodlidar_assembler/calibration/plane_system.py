@@ -80,7 +80,7 @@ class Solution:
 class _Rows:
     """Residuals [m], derivatives (n, unknowns), weights, slopes of the influence, and relief."""
 
-    off: Array
+    residual: Array
     slopes: Array
     weight: Array
     influence: Array
@@ -123,7 +123,7 @@ class PlaneSystem:
         prior_off, prior = self._prior(before, hats)
         of_others = prior + level_slopes.T @ (level_slopes * level_weight[:, None])
         normal = of_others + rows.relief.normal(rows.slopes, rows.weight)
-        pull = rows.weight * rows.relief.without(rows.off, rows.weight)
+        pull = rows.weight * rows.relief.without(rows.residual, rows.weight)
         right = rows.slopes.T @ pull + prior @ prior_off
         right += level_slopes.T @ (level_weight * level_off)
         inverse = inverse_of(normal)
@@ -156,31 +156,33 @@ class PlaneSystem:
         grazing = 1.0 - np.abs(cosine)
         excess = at.biases[self._labels] + at.slant * grazing
         place = ends.xyz - ends.ways * excess + moved_by_pitch(ends.xyz) * (at.bends @ hats)
-        off = np.sum(normals * place, axis=0) - offsets
-        true = replace(self._beams, ranges=self._beams.ranges - excess - off / cosine)
-        variance = noise_variance(off, cosine, true.ranges)
-        far = np.clip(off / np.sqrt(variance) / REDESCENDING, -1.0, 1.0) ** 2
+        residual = np.sum(normals * place, axis=0) - offsets
+        true = replace(self._beams, ranges=self._beams.ranges - excess - residual / cosine)
+        variance = noise_variance(residual, cosine, true.ranges)
+        far = np.clip(residual / np.sqrt(variance) / REDESCENDING, -1.0, 1.0) ** 2
         weight = (1.0 - far) ** 2 / variance
         influence = (1.0 - far) * (1.0 - 5.0 * far) / variance
         # By where the beams cross their planes: else the noise would choose the patches.
-        relief = Relief.of(off, weight, self._patches(place - ends.ways * (off / cosine)))
+        relief = Relief.of(
+            residual, weight, self._patches(place - ends.ways * (residual / cosine))
+        )
         tangents = np.array(bases)[self._labels]
         on_plane = ends_of(true, at.values)
         shared = [
             *(np.sum(normals * on_plane.moves[name], axis=0) for name in self.names),
             *(hats * np.sum(normals * moved_by_pitch(on_plane.xyz), axis=0)),
             -cosine * grazing,
-            np.zeros(len(off)),
+            np.zeros(len(residual)),
         ]
         of_plane = [
             np.einsum('nk,kn->n', tangents[:, 0], on_plane.xyz),
             np.einsum('nk,kn->n', tangents[:, 1], on_plane.xyz),
-            -np.ones(len(off)),
+            -np.ones(len(residual)),
             -cosine,
         ]
         weight, influence = weight * relief.counts, influence * relief.counts
         slopes = self._slopes(shared, of_plane, len(at.planes))
-        return _Rows(off, slopes, weight, influence, relief)
+        return _Rows(residual, slopes, weight, influence, relief)
 
     def _patches(self, xyz: Array) -> Labels:
         """Return the patch of its plane in which each beam ends [m], (3, n); shape (n,)."""
@@ -197,7 +199,7 @@ class PlaneSystem:
 
     def _level_rows(self, at: Solution, bases: list[Array]) -> tuple[Array, Array, Array]:
         """Return residuals [rad], derivatives and weights of what is level or upright."""
-        off, slopes, size = [], [], self._first + _OF_PLANE * len(at.planes)
+        residuals, slopes, size = [], [], self._first + _OF_PLANE * len(at.planes)
         if self._level is None:
             return np.zeros(0), np.zeros((0, size)), np.zeros(0)
         for number, (plane, basis) in enumerate(zip(at.planes, bases, strict=True)):
@@ -206,30 +208,32 @@ class PlaneSystem:
                 row = np.zeros(size)
                 row[first : first + 2] = basis @ target
                 row[self._first - 1] = by_tilt
-                off.append(residual)
+                residuals.append(residual)
                 slopes.append(row)
-        residuals = np.array(off)
-        return residuals, np.reshape(slopes, (len(off), size)), self._level.weight(residuals)
+        values = np.array(residuals)
+        return values, np.reshape(slopes, (len(values), size)), self._level.weight(values)
 
     def _prior(self, at: Solution, hats: Array) -> tuple[Array, Array]:
         """Return each unknown minus its prior mean, where that is known, and the information."""
         planes = len(at.planes)
-        off = np.zeros(self._first + _OF_PLANE * planes)
-        spread = np.ones(len(off))  # of slopes and offsets: keeps a plane without weight in place
+        deviation = np.zeros(self._first + _OF_PLANE * planes)
+        spread = np.ones(
+            len(deviation)
+        )  # of slopes and offsets: keeps a plane without weight in place
         for column, name in enumerate(self.names):
-            off[column] = getattr(at.values, name) - getattr(self._expected, name)
+            deviation[column] = getattr(at.values, name) - getattr(self._expected, name)
         spread[: self._bends.start] = [BEFORE[name] for name in self.names]
         spread[self._bends.stop : self._first] = BIAS, TILT
-        off[self._bends] = at.bends
-        off[self._bends.stop : self._first] = at.slant, at.tilt
+        deviation[self._bends] = at.bends
+        deviation[self._bends.stop : self._first] = at.slant, at.tilt
         spread[self._first + 3 :: _OF_PLANE] = BIAS
-        off[self._first + 3 :: _OF_PLANE] = at.biases
+        deviation[self._first + 3 :: _OF_PLANE] = at.biases
         information = np.diag(spread**-2.0)
         share = hats.mean(axis=1)
         information[self._bends, self._bends] = (
             _OF_KNOTS / at.bend**2 + np.outer(share, share) / MEAN_BEND**2
         )
-        return off, information
+        return deviation, information
 
     def _moved(
         self, before: Solution, bases: list[Array], change: Array, errors: Array | None

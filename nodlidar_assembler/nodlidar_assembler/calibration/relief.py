@@ -39,10 +39,10 @@ class Relief:
     counts: Array
 
     @classmethod
-    def of(cls, off: Array, weight: Array, patch: Labels) -> 'Relief':
+    def of(cls, residual: Array, weight: Array, patch: Labels) -> 'Relief':
         """Return the relief that residuals (n,) [m] with weights [1/m^2] show, given patches."""
         known = np.maximum(np.bincount(patch, weight), np.finfo(np.float64).tiny)
-        mean = np.bincount(patch, weight * off) / known
+        mean = np.bincount(patch, weight * residual) / known
         used = known > LEAST_KNOWN * np.median(known)
         square = (float(np.median(np.abs(mean[used]))) / 0.6745) ** 2
         variance = max(FLAT**2, square - float(np.median(1.0 / known[used])))
@@ -58,10 +58,10 @@ class Relief:
         shares = sums / self._information(weight)[:, None]
         return np.asarray(weighted.T @ slopes - sums.T @ shares)
 
-    def without(self, off: Array, weight: Array) -> Array:
+    def without(self, residual: Array, weight: Array) -> Array:
         """Return residuals [m] less the offsets of their patches, shape (n,)."""
-        offset = np.bincount(self.patch, weight * off) / self._information(weight)
-        return np.asarray(off - offset[self.patch])
+        offset = np.bincount(self.patch, weight * residual) / self._information(weight)
+        return np.asarray(residual - offset[self.patch])
 
     def _information(self, weight: Array) -> Array:
         """Return that of the offset of each patch; no less than before the beams."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.deskew import as_of
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.pipeline import Assembled
-from nodlidar_assembler.clouds.points import nodded, place
+from nodlidar_assembler.clouds.points import nod_in_place, place
 import numpy as np
 from numpy.typing import NDArray
 
@@ -96,12 +96,12 @@ def segments_in_band(
     nothing = np.isposinf(ranges) | (np.isnan(ranges) & lost_are_free)
     reach = min(reach, beams.geometry.range_max)
     free = place(beams, np.where(nothing, np.float32(reach), np.float32(np.nan)), pitch)
-    which = np.concatenate([assembled.placed.beams, free.beams])
+    which = np.concatenate([assembled.placed.indices, free.indices])
     order = np.argsort(which)
     which = which[order]
     end = np.concatenate([assembled.placed.xyz, free.xyz], axis=1)[:, order].T @ levelled.T
     centres = np.repeat(beams.laser_pose.position[:, None], len(which), axis=1)
-    begin = nodded(centres, pitch[which]).T @ levelled.T
+    begin = nod_in_place(centres, pitch[which]).T @ levelled.T
     enters, leaves = _within(begin[:, 2], end[:, 2], band)
     way = end - begin
     segments = Segments(

@@ -135,7 +135,7 @@ class LevelScanner:
         # The first beams of a scan may be stamped before the last ones of the scan before.
         times_ns = np.maximum(times_ns, self._newest_ns)
         self._newest_ns = int(times_ns[-1])
-        if len(assembled.placed.beams):
+        if len(assembled.placed.indices):
             self._hit_ns = self._newest_ns
         self._scans.append(self._in_band(assembled))
         level_scans = []

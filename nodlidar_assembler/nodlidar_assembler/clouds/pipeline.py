@@ -1,4 +1,4 @@
-"""The whole assembly, live or offline: scans, joint samples and odometry in, clouds out."""
+"""The method: a scan that is bracketed by joint samples to points, and points to clouds."""
 
 from dataclasses import dataclass, replace
 
@@ -229,7 +229,7 @@ class Pipeline:
             return points_of(*given)
         if not self._deskews:
             return points_of(*given, poses, self._moved_point)
-        return replace(points_of(*given, point=DESKEWED_POINT), poses=poses.take(placed.beams))
+        return replace(points_of(*given, point=DESKEWED_POINT), poses=poses.take(placed.indices))
 
     def _with_sigma(
         self, placed: Placed, scan: Scan, beams: Beams, pitch: NDArray[np.float64]
@@ -237,7 +237,7 @@ class Pipeline:
         """Return end points with their expected errors, if these are wanted."""
         if not self._config.sigma_field:
             return placed
-        ranges, speed = scan.ranges[placed.beams], nod_speed(beams, pitch)[placed.beams]
+        ranges, speed = scan.ranges[placed.indices], nod_speed(beams, pitch)[placed.indices]
         return replace(placed, sigma=point_sigma(self._config, ranges, placed.xyz, speed))
 
     def _without_mixed_pixels(self, scan: Scan) -> NDArray[np.float32]:

@@ -49,14 +49,14 @@ class Points:
         """Coordinates from the origin of the frame itself [m], shape (n, 3)."""
         return np.asarray(xyz_in(self.data) + self.origin)
 
-    def counted_from(self, origin: Origin) -> 'Points':
-        """Return the same points in coordinates from another origin."""
+    def data_from(self, origin: Origin) -> NDArray[np.void]:
+        """Return the data in coordinates from another origin, shape (n,)."""
         if origin == self.origin:
-            return self
+            return self.data
         data = self.data.copy()
         for axis, old, new in zip('xyz', self.origin, origin, strict=True):
             data[axis] += old - new
-        return Points(self.time_ns, data, origin)
+        return data
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,15 +65,15 @@ class Placed:
 
     Attributes
     ----------
-    beams
-        Indices of the beams, shape (n,).
+    indices
+        Of the beams in the scan, shape (n,).
     xyz
         End points in nodlidar_base_link [m], shape (3, n).
     sigma
         Expected errors of the end points [m], shape (n,); None if they are not wanted.
     """
 
-    beams: NDArray[np.intp]
+    indices: NDArray[np.intp]
     xyz: NDArray[np.float64]
     sigma: NDArray[np.float64] | None = None
 
@@ -98,10 +98,10 @@ def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64])
     xyz = beams.direction.take(valid, axis=1)
     xyz *= ranges.take(valid)
     xyz += beams.laser_pose.position[:, None]
-    return Placed(valid, nodded(xyz, pitch.take(valid)))
+    return Placed(valid, nod_in_place(xyz, pitch.take(valid)))
 
 
-def nodded(xyz: NDArray[np.float64], pitch: NDArray[np.float64]) -> NDArray[np.float64]:
+def nod_in_place(xyz: NDArray[np.float64], pitch: NDArray[np.float64]) -> NDArray[np.float64]:
     """Turn points of the nodding frame by the nod, in place; return them in nodlidar_base_link.
 
     A pitch phi (positive up) turns about -y, to ``x cos(phi) - z sin(phi)``, ``y``,
@@ -150,7 +150,7 @@ def points_of(
     OdometryError
         If a pose is too far away to resolve millimetres.
     """
-    valid, xyz = placed.beams, placed.xyz
+    valid, xyz = placed.indices, placed.xyz
     point = point or (POINT if poses is None else MOVED_POINT)
     data = np.zeros(len(valid), dtype=point if placed.sigma is None else WITH_SIGMA[point])
     origin = OF_ODOMETRY

@@ -133,7 +133,7 @@ def joined(scans: list[Points]) -> Points | None:
     time_ns = np.concatenate([scan.time_ns for scan in scans])
     # Zeros, so that the bytes between fields are always the same.
     data = np.zeros(len(time_ns), dtype=scans[0].data.dtype)
-    np.concatenate([scan.counted_from(origin).data for scan in scans], out=data)
+    np.concatenate([scan.data_from(origin) for scan in scans], out=data)
     if 'time' in (data.dtype.names or ()):
         data['time'] = (time_ns - time_ns[0]) / NS_PER_S
     data['ring'] = np.repeat(np.arange(len(scans)), [len(scan.data) for scan in scans])

@@ -51,9 +51,9 @@ class CoverageMonitor:
         self._coverage = ObservedCoverage(task, rows, self._window)
         self._last_ns = 0
 
-    def plan(self, config: CoverageConfig) -> None:
+    def reconfigure(self, config: CoverageConfig) -> None:
         """Begin anew for another planned nod."""
-        self._view.plan(config)
+        self._view.reconfigure(config)
         self.restart()
 
     def add(self, assembled: Assembled) -> None:

@@ -48,7 +48,7 @@ class LidarView:
         """Angle between two beams [rad]; 0 before the first scan."""
         return abs(self._geometry.angle_increment) if self._geometry is not None else 0.0
 
-    def plan(self, config: NodConfig) -> None:
+    def reconfigure(self, config: NodConfig) -> None:
         """Plan another nod, for the same lidar."""
         geometry, self._geometry = self._geometry, None
         self.config, self.task = config, config.task

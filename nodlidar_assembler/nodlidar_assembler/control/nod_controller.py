@@ -42,9 +42,9 @@ class NodController:
         self._lock = PhaseLock(self.planned, config.steps_per_revolution)
         self._sweeps: ChosenSweeps | None = None
         self._takeover: Takeover | None = None
-        self.let_limits_adapt(config)
+        self.configure_limits(config)
 
-    def let_limits_adapt(self, config: AdaptiveLimitsConfig) -> None:
+    def configure_limits(self, config: AdaptiveLimitsConfig) -> None:
         """Let the limits follow the range from now on, or not, as configured."""
         self._limits = AdaptiveLimits(config) if config.adapt_limits else None
 
@@ -91,9 +91,9 @@ class NodController:
             self._lock.steps = self.view.config.steps_per_revolution
             lidar.restart(stamp_ns, revolution_time(geometry))
             shape = replace(self.shape, samples_per_sweep=self.view.config.samples_per_sweep)
-            self._restart(self.planned if taken else shape, lidar.begin_ns)
+            self._continue_steady(self.planned if taken else shape, lidar.begin_ns)
         elif self._sweeps is not None and (looked or lidar.restarts > restarts):
-            self._restart(self.shape, lidar.begin_ns)
+            self._continue_steady(self.shape, lidar.begin_ns)
 
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock was set by a step [ns]; adapted limits restart."""
@@ -137,7 +137,7 @@ class NodController:
     def give_back(self, now_ns: int) -> None:
         """Return to the planned nod, if another one took over."""
         if self._takeover is not None:
-            self._restart(self.planned, now_ns)
+            self._continue_steady(self.planned, now_ns)
 
     def follow_range(self, assembled: Assembled, odometry: Odometry | None, now_ns: int) -> bool:
         """Take the limits for a scan, or the planned ones; return whether the nod is another."""
@@ -151,21 +151,21 @@ class NodController:
         """Apply a shape at an instant [ns]; return whether it is another one."""
         if shape == self.shape or self._takeover is not None:
             return False
-        self._restart(shape, now_ns)
+        self._continue_steady(shape, now_ns)
         return True
 
-    def plan(self, config: AdaptiveLimitsConfig, now_ns: int) -> None:
+    def reconfigure(self, config: AdaptiveLimitsConfig, now_ns: int) -> None:
         """Continue with another planned nod from the pitch at an instant [ns].
 
         If another nod took over, the planned one counts when it is given back.
         """
-        self.view.plan(config)
-        self.let_limits_adapt(config)
+        self.view.reconfigure(config)
+        self.configure_limits(config)
         self._lock.steps = self.view.config.steps_per_revolution
         if self._takeover is None:
-            self._restart(self.planned, now_ns)
+            self._continue_steady(self.planned, now_ns)
 
-    def _restart(self, shape: NodShape, now_ns: int) -> None:
+    def _continue_steady(self, shape: NodShape, now_ns: int) -> None:
         """Continue with the planned nod of a shape from the pitch at an instant [ns]."""
         self._lock.change(shape, now_ns, self._nod_at(now_ns))
         self._sweeps = self._takeover = None

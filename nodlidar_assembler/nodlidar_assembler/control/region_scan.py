@@ -21,7 +21,7 @@ MOST_FINEST = 2**23
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class RegionProgress:
     """Share of the cells seen, side of the largest hole [rad], and predicted time to go [s]."""
 
     seen: float
@@ -113,7 +113,7 @@ class RegionScan:
 
     def _inside(self, assembled: Assembled) -> NDArray[np.intp]:
         """Return the indices of the points in the region since the start."""
-        beams, task = assembled.placed.beams, self._task
+        beams, task = assembled.placed.indices, self._task
         column = self._columns[task.step_at(assembled.beams.azimuth[beams])]
         pitch = assembled.pitch[beams]
         inside = (column >= 0) & (pitch >= task.pitch_min) & (pitch <= task.pitch_max)
@@ -138,7 +138,7 @@ class RegionScan:
         if lost >= 0.0:
             self.message += f'; the cloud lacks the points of the first {lost:.1f} s'
 
-    def progress(self, now_ns: int) -> Progress:
+    def progress(self, now_ns: int) -> RegionProgress:
         """Return the progress at an instant [ns].
 
         The time to go is the median of the simulated runs that take longer than until now. If none
@@ -151,7 +151,7 @@ class RegionScan:
         else:
             end += math.ceil((elapsed - end) / self._sweep) * self._sweep
         to_go = min(end, self.time_limit) - elapsed
-        return Progress(covered.seen, covered.hole, max(to_go, 0.0))
+        return RegionProgress(covered.seen, covered.hole, max(to_go, 0.0))
 
     def _elapsed(self, now_ns: int) -> float:
         return (now_ns - self._start_ns) / NS_PER_S

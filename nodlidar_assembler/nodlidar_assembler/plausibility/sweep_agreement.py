@@ -104,7 +104,7 @@ class SweepAgreement:
 
     def _gather(self, assembled: Assembled) -> None:
         """Keep pitch, azimuth, speed and range of some beams of a scan."""
-        chosen = assembled.placed.beams[::EVERY]
+        chosen = assembled.placed.indices[::EVERY]
         beams = assembled.beams
         if len(chosen) < 3 or beams.geometry.time_increment == 0.0:
             return

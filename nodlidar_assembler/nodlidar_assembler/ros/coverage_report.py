@@ -51,9 +51,9 @@ class CoverageReport:
         )
         updater.add('coverage', self._report)
 
-    def plan(self, config: AssemblerConfig) -> None:
+    def reconfigure(self, config: AssemblerConfig) -> None:
         """Report for the cells of another planned nod."""
-        self.monitor.plan(config)
+        self.monitor.reconfigure(config)
         self._message.cell = config.task.cell
 
     def _report(self, status: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:

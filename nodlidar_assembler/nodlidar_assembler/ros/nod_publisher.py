@@ -75,11 +75,11 @@ class NodPublisher:
             if due:
                 self._publish()
 
-    def plan(self, config: AssemblerConfig) -> None:
+    def reconfigure(self, config: AssemblerConfig) -> None:
         """Continue with another planned nod; publish it at once."""
         self._config = config
         self._warn_if_samples_repeat()
-        self.controller.plan(config, self.now_ns())
+        self.controller.reconfigure(config, self.now_ns())
         self._publish()
 
     def clock_was_set(self, step_ns: int) -> None:

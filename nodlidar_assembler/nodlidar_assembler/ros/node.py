@@ -200,16 +200,12 @@ class Assembler(Node):
     def _reconfigure(self, config: AssemblerConfig) -> None:
         before, self.config = self.config, config
         if self._nod is not None and config.adapt_limits != before.adapt_limits:
-            self._nod.controller.let_limits_adapt(config)
+            self._nod.controller.configure_limits(config)
         if config != replace(before, adapt_limits=config.adapt_limits):
-            self._plan()
+            for part in (self._nod, self._coverage, self._region):
+                if part is not None:
+                    part.reconfigure(config)
         self._hear_odometry()
-
-    def _plan(self) -> None:
-        """Continue with another planned nod."""
-        for part in (self._nod, self._coverage, self._region):
-            if part is not None:
-                part.plan(self.config)
 
     @property
     def scans_region(self) -> bool:

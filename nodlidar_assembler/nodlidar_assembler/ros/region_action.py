@@ -91,7 +91,7 @@ class RegionAction:
                 self._stated_limits = status.pitch_lower_limit, status.pitch_upper_limit
         return self._stated_limits
 
-    def plan(self, config: AssemblerConfig) -> None:
+    def reconfigure(self, config: AssemblerConfig) -> None:
         """Use other parameters for the next goals."""
         self._config = config
 

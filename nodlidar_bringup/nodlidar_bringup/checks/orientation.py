@@ -13,7 +13,7 @@ Which way is left, a cloud of a room at rest cannot show: that is left to the us
 
 from dataclasses import dataclass, field
 
-from nodlidar_assembler.clouds.points import nodded
+from nodlidar_assembler.clouds.points import nod_in_place
 import numpy as np
 from numpy.typing import NDArray
 
@@ -119,7 +119,7 @@ def points_of(range_: Array, azimuth: Array, pitch: Array, lever: Lever) -> Arra
     """Return where beams end, shape (n, 3); the transform of docs/model.md."""
     ahead = range_ * np.cos(azimuth) + lever[0]
     aside = range_ * np.sin(azimuth) + lever[1]
-    return nodded(np.stack([ahead, aside, np.full_like(ahead, lever[2])]), pitch).T
+    return nod_in_place(np.stack([ahead, aside, np.full_like(ahead, lever[2])]), pitch).T
 
 
 def pairs_on_surfaces(points: Array, azimuth: Array, pitch: Array) -> int:
