@@ -8,7 +8,7 @@ transform from odom to base_link. `bag:=PATH` plays a recorded drive in place of
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from nodlidar_bringup import arguments
+from nodlidar_bringup import argument_values
 from nodlidar_bringup.ros.discovery import announce_often
 from nodlidar_bringup.ros.launch_arguments import declared, MAPPING_DEFAULTS, share
 from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
@@ -25,9 +25,9 @@ def nodes(context):
     sensor = RecordedSensor(context) if given['bag'] else Sensor(context, **MAPPING_DEFAULTS)
     if not sensor.has_clouds:
         return sensor.nodes()
-    arguments.check_mapping(given)
+    argument_values.check_mapping(given)
     file = given['mapper_params']
-    arguments.check_parameter_file('mapper_params', file, sensor.values['namespace'])
+    argument_values.check_parameter_file('mapper_params', file, sensor.values['namespace'])
     sensor.fixed_frame = 'map'
     folders = {'map_folder': given['map'], 'save_folder': given['save']}
     waiting = {'sigterm_timeout': SAVING} if given['save'] else {}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig
-from nodlidar_bringup.arguments import (
+from nodlidar_bringup.argument_values import (
     calibrated,
     check,
     check_assembler,

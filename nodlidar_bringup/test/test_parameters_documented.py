@@ -8,7 +8,7 @@ import re
 
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
-from nodlidar_bringup.arguments import tf_rate
+from nodlidar_bringup.argument_values import tf_rate
 from nodlidar_common.parameters import check, limits_of
 from nodlidar_servo.device.config import ServoConfig
 import pytest

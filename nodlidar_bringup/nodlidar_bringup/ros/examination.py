@@ -9,7 +9,7 @@ import time
 from typing import Any
 
 from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP
-from nodlidar_bringup import arguments
+from nodlidar_bringup import argument_values
 from nodlidar_bringup.checks.ask import ask
 from nodlidar_bringup.checks.diagnostics import check_diagnostics
 from nodlidar_bringup.checks.finding import fault, Finding
@@ -69,8 +69,8 @@ def examine(options: Namespace) -> list[Section]:
     ParameterError
         If the namespace or the prefix of frames is not allowed.
     """
-    arguments.check_namespace(options.namespace)
-    arguments.check_frame_prefix(options.frame_prefix or '')
+    argument_values.check_namespace(options.namespace)
+    argument_values.check_frame_prefix(options.frame_prefix or '')
     watch = HostWatch()
     system, settings, running = _examine_system(options)
     ports = _examine_ports(options, settings)

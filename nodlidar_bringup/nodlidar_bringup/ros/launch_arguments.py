@@ -1,4 +1,4 @@
-"""The arguments of the launch files. nodlidar_bringup.arguments checks their values."""
+"""The arguments of the launch files. nodlidar_bringup.argument_values checks their values."""
 
 import os
 from typing import Any

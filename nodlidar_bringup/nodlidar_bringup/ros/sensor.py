@@ -13,7 +13,7 @@ from launch.actions import Shutdown
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_bringup import arguments
+from nodlidar_bringup import argument_values
 from nodlidar_bringup.ros.launch_arguments import (
     ALL,
     ARGUMENTS,
@@ -69,15 +69,16 @@ class Sensor:
 
     def __init__(self, context: LaunchContext, **changed: str) -> None:
         self.context = context
-        arguments.expand(context.launch_configurations)
+        argument_values.expand(context.launch_configurations)
         self.values = {name: context.launch_configurations[name] for name in ARGUMENTS}
-        for remark in arguments.remarks(context.launch_configurations, defaults(**changed)):
+        for remark in argument_values.remarks(context.launch_configurations, defaults(**changed)):
             print(remark, file=sys.stderr)
         # Where a launch file that includes this one has pushed a namespace (PushRosNamespace).
         pushed = context.launch_configurations.get('ros_namespace', '')
-        self.values['namespace'] = arguments.namespace(pushed, self.values['namespace'])
-        self.values = arguments.calibrated(self.values)
-        arguments.check(self.values)
+        own = self.values['namespace']
+        self.values['namespace'] = argument_values.joined_namespace(pushed, own)
+        self.values = argument_values.calibrated(self.values)
+        argument_values.check(self.values)
         self.in_sim = self.values['hardware'] == 'sim'
         if not self.values['base']:
             ego_motion = self.values['ego_motion'] or PROFILES[self.values['profile']].ego_motion
@@ -125,7 +126,7 @@ class Sensor:
         """Return a node in the sensor's namespace."""
         options['namespace'] = self.values['namespace']
         if self.values['own_tf'] == 'true':
-            options['arguments'] = [*options.get('arguments', []), *arguments.OWN_TF]
+            options['arguments'] = [*options.get('arguments', []), *argument_values.OWN_TF]
         return tied_node(self.context, package, executable, **options)
 
     def frame(self, name: str) -> str:
@@ -134,7 +135,7 @@ class Sensor:
 
     def topic(self, name: str) -> str:
         """Return the full name of a topic of this sensor."""
-        return arguments.full_name(self.values['namespace'], name)
+        return argument_values.full_name(self.values['namespace'], name)
 
     def port(self, device: str) -> str:
         """Return a device's port: its own, or in simulation the link to its emulator."""
@@ -226,7 +227,7 @@ class Sensor:
     def servo_config(self) -> Any:
         """Return the parameters of the servo's node; None if there is no such node."""
         files = [self.profile(), self.servo_file()]
-        return arguments.servo_config(self.values['servo'], files, self.values['namespace'])
+        return argument_values.servo_config(self.values['servo'], files, self.values['namespace'])
 
     def assembler(self) -> Node:
         """Return the assembler."""
@@ -238,8 +239,8 @@ class Sensor:
         own: dict[str, Any] = {
             'frame_id': self.frame('nodlidar_base_link'),
             'joint_name': self.frame('nod_joint'),
-            'laser_xyz': arguments.numbers('laser_xyz', self.values['laser_xyz']),
-            'laser_rpy': arguments.numbers('laser_rpy', self.values['laser_rpy']),
+            'laser_xyz': argument_values.numbers('laser_xyz', self.values['laser_xyz']),
+            'laser_rpy': argument_values.numbers('laser_rpy', self.values['laser_rpy']),
         }
         if self.values['lidar'] in BEST_EFFORT:
             own[f'qos_overrides.{self.topic("scan")}.subscription.reliability'] = 'best_effort'
@@ -248,7 +249,7 @@ class Sensor:
         if self.values['adapt_limits']:
             own['adapt_limits'] = self.values['adapt_limits'] == 'true'
         derived = self.derived()
-        arguments.check_assembler(files, self.values['namespace'], derived, own)
+        argument_values.check_assembler(files, self.values['namespace'], derived, own)
         words = [word for name, value in derived.items() for word in ('-p', f'{name}:={value}')]
         typed = {name: text(v) if isinstance(v, str) else v for name, v in own.items()}
         return self.node(
@@ -266,10 +267,10 @@ class Sensor:
         The files come later and take precedence, also those for all nodes, over which values in
         the place of a file would.
         """
-        roll, pitch, _ = arguments.numbers('mount_rpy', self.values['mount_rpy'])
+        roll, pitch, _ = argument_values.numbers('mount_rpy', self.values['mount_rpy'])
         return {
-            **arguments.servo_limits(self.servo_config),
-            'sensor_height': arguments.sensor_height(self.values),
+            **argument_values.servo_limits(self.servo_config),
+            'sensor_height': argument_values.sensor_height(self.values),
             'mount_tilt': [math.remainder(each, math.tau) for each in (roll, pitch)],
         }
 
@@ -281,14 +282,14 @@ class Sensor:
         """Return the node that publishes the robot model and its transforms."""
         of_model = ('mount_xyz', 'mount_rpy', 'laser_xyz', 'laser_rpy', 'lidar')
         given = {name: self.values[name] for name in of_model} | {'prefix': self.frame('')}
-        limits = arguments.joint_limits(self.servo_config)
+        limits = argument_values.joint_limits(self.servo_config)
         model = str(self.values['description'])
         if model in DESCRIPTIONS:
             model = share('nodlidar_bringup', f'urdf/{model}.urdf.xacro')
-        description = arguments.robot_description(model, given | limits)
+        description = argument_values.robot_description(model, given | limits)
         own = {'robot_description': text(description)}
         if self.values['tf_rate']:
-            own['publish_frequency'] = arguments.tf_rate(self.values['tf_rate'])
+            own['publish_frequency'] = argument_values.tf_rate(self.values['tf_rate'])
         return self.node(
             'robot_state_publisher',
             'robot_state_publisher',

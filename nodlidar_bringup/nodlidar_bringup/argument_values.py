@@ -252,7 +252,7 @@ def joint_limits(config: ServoConfig | TrajectoryConfig | None) -> dict[str, str
     return {name: str(limit) for name, limit in limits.items()}
 
 
-def namespace(outer: str, own: str) -> str:
+def joined_namespace(outer: str, own: str) -> str:
     """Return a namespace within another one, as launch_ros does: an absolute one replaces it."""
     outer = outer.rstrip('/')
     return own if own.startswith('/') or not outer else f'{outer}/{own}'.rstrip('/')
