@@ -39,7 +39,7 @@ class Drive:
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class NodProgress:
     """How a nod is followed, for other threads; see NodTracker and PhaseLead."""
 
     nod: Nod
@@ -107,10 +107,10 @@ class NodTracker:
         """Return a nod, earlier by the lead."""
         return replace(nod, reference_time_ns=nod.reference_time_ns - self.phase.lead_ns)
 
-    def progress(self) -> Progress:
+    def progress(self) -> NodProgress:
         """Return how the nod is followed at present."""
         phase = self.phase
-        return Progress(
+        return NodProgress(
             self.nod, self.drive, phase.error, phase.lead_ns, phase.drift.measured_ratio
         )
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
-from nodlidar_common.tracking import Progress
+from nodlidar_common.tracking import NodProgress
 from nodlidar_servo.bus.replies import LateReplyError, status_names
 from nodlidar_servo.device.sample import Sample
 from nodlidar_servo.device.servo import Servo
@@ -69,7 +69,7 @@ class Diagnosis:
         self._servo = servo
         self._update(latency_warning=latency_warning)
 
-    def cycled(self, sample: Sample | None, progress: Progress | None) -> None:
+    def cycled(self, sample: Sample | None, progress: NodProgress | None) -> None:
         """Report the latest measurement, and how the nod is followed, if there are any."""
         self._update(sample=sample, progress=progress)
 

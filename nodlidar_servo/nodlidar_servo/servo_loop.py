@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.tracking import Progress
+from nodlidar_common.tracking import NodProgress
 from nodlidar_servo.bus.replies import LateReplyError, ReplyError
 from nodlidar_servo.device.sample import Sample
 from nodlidar_servo.device.servo import Servo
@@ -115,7 +115,7 @@ class ServoLoop:
         self._clock = clock
         self._sleep = sleep
         self._steady = steady or clock
-        self.progress: Progress | None = None
+        self.progress: NodProgress | None = None
         self.sample: Sample | None = None
         self._measured_ns = 0
         self._late = 0  # late replies since the latest sample

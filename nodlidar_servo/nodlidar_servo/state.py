@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from nodlidar_common.tracking import Progress
+from nodlidar_common.tracking import NodProgress
 from nodlidar_servo.device.preparation import MotorLimits
 from nodlidar_servo.device.sample import Sample
 from nodlidar_servo.device.servo import Servo
@@ -31,5 +31,5 @@ class ServoState:
     link: Link | None = None  # None while not connected
     latency_warning: str = ''
     sample: Sample | None = None  # the latest of this connection, believed or not
-    progress: Progress | None = None  # None without a nod command
+    progress: NodProgress | None = None  # None without a nod command
     fault: str = ''  # why the servo does not follow

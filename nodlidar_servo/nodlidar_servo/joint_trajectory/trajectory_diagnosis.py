@@ -7,7 +7,7 @@ import math
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
-from nodlidar_common.tracking import Progress
+from nodlidar_common.tracking import NodProgress
 from nodlidar_servo.nod.command_report import CommandReport, phase_figures
 from nodlidar_servo.nod.nod_commands import NodCommands
 
@@ -26,7 +26,7 @@ class NodJointState:
     impossible: int = 0  # for their positions, so far
     pitch: float = math.nan  # rad
     is_outside: bool = False  # of the limits of the mount
-    progress: Progress | None = None
+    progress: NodProgress | None = None
     follow_by_ns: int | None = None  # steady time by when the joint has to be on the nod
 
 

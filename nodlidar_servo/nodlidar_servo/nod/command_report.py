@@ -1,6 +1,6 @@
 """What a node reports about its nod commands and the phase."""
 
-from nodlidar_common.tracking import Progress
+from nodlidar_common.tracking import NodProgress
 from nodlidar_servo.nod.nod_commands import NodCommands
 
 
@@ -30,7 +30,7 @@ class CommandReport:
         return [f'nod command refused: {self._commands.refusal}']
 
 
-def phase_figures(progress: Progress | None) -> dict[str, str]:
+def phase_figures(progress: NodProgress | None) -> dict[str, str]:
     """Return how a nod is followed."""
     if progress is None:
         return {}

@@ -2,7 +2,7 @@
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
-from nodlidar_common.tracking import Progress
+from nodlidar_common.tracking import NodProgress
 from nodlidar_msgs.msg import NodStatus
 from nodlidar_servo.device.sample import Sample
 from nodlidar_servo.nod.joint_config import JointConfig
@@ -22,7 +22,7 @@ def fill_joint_state(message: JointState, sample: Sample) -> None:
     message.effort[0] = sample.load
 
 
-def status_message(progress: Progress | None, now_ns: int, config: JointConfig) -> NodStatus:
+def status_message(progress: NodProgress | None, now_ns: int, config: JointConfig) -> NodStatus:
     """Return the status at a time [ns]; no progress if the servo does not follow a nod."""
     message = NodStatus(
         following=progress is not None,

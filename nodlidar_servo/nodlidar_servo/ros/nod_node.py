@@ -9,7 +9,7 @@ from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
-from nodlidar_common.tracking import Progress
+from nodlidar_common.tracking import NodProgress
 from nodlidar_msgs.msg import NodCommand, NodStatus
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.messages import status_message
@@ -43,7 +43,7 @@ class NodNode(DeviceNode):
         """Return the time of the clock by which nods start [ns]."""
         return steady_ns()
 
-    def publish_status(self, progress: Progress | None) -> None:
+    def publish_status(self, progress: NodProgress | None) -> None:
         """Publish the status; no progress if the joint does not follow a nod."""
         self._status.publish(status_message(progress, self.now_ns(), self.config))
 

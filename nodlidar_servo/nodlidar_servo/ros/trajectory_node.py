@@ -15,7 +15,7 @@ from nodlidar_common.ros.polled import PolledSubscription
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
-from nodlidar_common.tracking import Drive, NodTracker, Progress
+from nodlidar_common.tracking import Drive, NodProgress, NodTracker
 from nodlidar_servo.joint_trajectory.joint_sample import JointSample, JointSamples, JointStamps
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.joint_trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
@@ -173,7 +173,7 @@ class TrajectoryNode(NodNode):
     def _is_of_now(self, stamp_ns: int) -> bool:
         return self._stamps.believe(stamp_ns, self.now_ns())
 
-    def _progress(self, tracker: NodTracker) -> Progress:
+    def _progress(self, tracker: NodTracker) -> NodProgress:
         speed = cruising_speed(tracker.nod, self.config.acceleration)
         return replace(tracker.progress(), drive=Drive(math.nan, speed, False))
 
@@ -181,7 +181,7 @@ class TrajectoryNode(NodNode):
         follows = self._planner.follows(tracker.led, sample)
         return self._off_nod.follow_by(follows, steady_ns(), tracker.nod.sweep_duration)
 
-    def _show(self, samples: int, progress: Progress | None, follow_by_ns: int | None) -> None:
+    def _show(self, samples: int, progress: NodProgress | None, follow_by_ns: int | None) -> None:
         state = self.diagnosis.state
         latest, limits = self._samples.latest, self.config.pitch_limits
         self.diagnosis.state = replace(
