@@ -13,6 +13,7 @@ from nodlidar_assembler.bags.read_bag import read_bag
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launch_arguments import BEST_EFFORT, share
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor
+from nodlidar_common.ldrobot import LD19
 from nodlidar_common.parameter_file import file_values
 from nodlidar_demo.delivery import read_delivery
 from nodlidar_demo.evaluation import near_beams, points_of_log, surface_rms
@@ -33,6 +34,7 @@ SERVO, LIDAR = 'RX-24F', 'URG-04LX-UG01'
 SETUPS = [
     *((servo, LIDAR) for servo in SERVOS),
     *((SERVO, lidar) for lidar in LIDARS if lidar != LIDAR),
+    ('XL430-W250', LD19),  # the set that docs/hardware.md recommends
 ]
 TITLE = f"Servos and lidars in the whole launch, scene '{SCENE}', {DURATION:.0f} s"
 
