@@ -4,6 +4,8 @@ from log_messages import scan_message
 from message_fuzz import fed
 from node_bench import sensor_log, simulated
 from nodlidar_assembler.ros import nod_publisher
+from nodlidar_common.ros.messages import nod_from_message
+from nodlidar_msgs.msg import NodStatus
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
@@ -30,6 +32,26 @@ def test_scans_take_commands_along_about_as_often_as_configured(monkeypatch, rat
     expected = SCAN * np.ceil(0.9 / rate / SCAN - 1e-3)
     np.testing.assert_allclose(intervals[1:], expected, atol=0.02)
     assert len(resets) == len(published)
+
+
+@pytest.mark.parametrize(('way', 'limits'), [('up', (-0.2, 0.7)), ('down', (-0.5, 0.4))])
+def test_commands_and_limits_of_the_mount_are_positions_of_the_joint(way, limits):
+    """The scan plane shall nod from -0.3 to 0.6 rad; the joint is at 0.1 rad where it is level."""
+    scan = sensor_log(simulated(load_scene('wall', ideal=True), 0.3)).scans[0]
+    own = {'joint_positive': way, 'joint_zero': 0.1, 'pitch_min': -0.3, 'pitch_max': 0.6}
+    published = []
+    with fed(*(f'{name}:={value}' for name, value in own.items())) as running:
+        running.node._nod._commands.publish = published.append
+        running.feed('scan', scan_message(scan))
+        assert (published[0].pitch_min, published[0].pitch_max) == pytest.approx(limits)
+        wanted, joint = running.node._nod.commanded, nod_from_message(published[0])
+        # At its highest, the scan plane is at 0.6 rad.
+        highest_ns = wanted.reversal_time_ns(1)
+        assert joint.pitch(highest_ns) == pytest.approx(limits[1] if way == 'up' else limits[0])
+        status = NodStatus(pitch_lower_limit=limits[0] - 0.1, pitch_upper_limit=limits[1] + 0.2)
+        running.node._region._statuses.take = lambda: [status]
+        mount = (-0.4, 0.8) if way == 'up' else (-0.5, 0.7)
+        assert running.node._region.pitch_limits == pytest.approx(mount)
 
 
 class Timer:

@@ -72,7 +72,8 @@ def require_standing(log: SensorLog) -> None:
 
 def start_values(config: AssemblerConfig) -> Values:
     """Return the values that the parameters set."""
-    values = Values.of_laser(config, config.joint_delay, _sign(config) * config.joint_zero)
+    axis = config.joint_axis
+    values = Values.of_laser(config, config.joint_delay, axis.sign * axis.zero)
     return replace(values, offset=config.range_offset)
 
 
@@ -80,13 +81,9 @@ def parameters(values: Values, config: AssemblerConfig) -> dict[str, Any]:
     """Return the parameters of the assembler for some values."""
     return {
         'joint_delay': values.delay,
-        'joint_zero': _sign(config) * values.zero,
+        'joint_zero': config.joint_axis.sign * values.zero,
         'laser_xyz': [values.x, values.y, values.z],
         'laser_rpy': [values.roll, values.pitch, values.yaw],
         'beam_elevation': values.elevation,
         'range_offset': values.offset,
     }
-
-
-def _sign(config: AssemblerConfig) -> float:
-    return 1.0 if config.joint_positive == 'up' else -1.0

@@ -6,6 +6,7 @@ from typing import Any
 
 from nodlidar_assembler.clouds.joint_history import JointSamplesConfig
 from nodlidar_assembler.clouds.pitch import LARGEST
+from nodlidar_assembler.inputs.joint_axis import JointAxis
 from nodlidar_assembler.inputs.joint_strays import JointStrays
 from nodlidar_assembler.plausibility.joint_scatter import JointScatter
 from nodlidar_common.nod import NS_PER_S
@@ -43,6 +44,11 @@ class JointInputConfig(JointSamplesConfig):
         maximum=1.0,
     )
 
+    @property
+    def joint_axis(self) -> JointAxis:
+        """How the scan plane turns with the joint."""
+        return JointAxis(1.0 if self.joint_positive == 'up' else -1.0, self.joint_zero)
+
 
 class JointInput:
     """Finds the samples of one joint in joint states, and counts the malformed ones.
@@ -74,8 +80,7 @@ class JointInput:
 
     def __init__(self, config: JointInputConfig, drops: Counter[str]) -> None:
         self.scatter = JointScatter(config.joint_name)
-        self._joint_name, self._zero = config.joint_name, config.joint_zero
-        self._sign = 1.0 if config.joint_positive == 'up' else -1.0
+        self._joint_name, self._axis = config.joint_name, config.joint_axis
         self._delay_ns = round(config.joint_delay * NS_PER_S)
         self._drops = drops
         self._order: TimeOrder[tuple[int, float]] = TimeOrder(
@@ -124,8 +129,7 @@ class JointInput:
         if not (has_position and 0 <= measured_ns <= LATEST_NS):
             self._drops[self.MALFORMED] += 1
             return []
-        pitch = self._sign * (float(message.position[index]) - self._zero)
-        sample = measured_ns, pitch
+        sample = measured_ns, self._axis.pitch(float(message.position[index]))
         if self._last is not None and self._last[0] == measured_ns and self._last != sample:
             self._drops[self.SAME_STAMP] += 1
             return []

@@ -128,7 +128,7 @@ class NodPublisher:
         """Publish the command while scans arrive: without them the servo must let go."""
         command = self.controller.command
         if command is not None and not self.silent:
-            nod, start_ns = command
+            nod, start_ns = self._config.joint_axis.positions(command[0]), command[1]
             message = nod_to_message(nod, self.now_ns(), self._config.frame_id, start_ns)
             self._commands.publish(message)
             self._published_ns = steady_ns()

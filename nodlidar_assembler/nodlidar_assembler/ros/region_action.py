@@ -87,8 +87,9 @@ class RegionAction:
     def stated_limits(self) -> tuple[float, float] | None:
         """Limits of the mount [rad] as the servo states them; None before it did."""
         for status in self._statuses.take():
-            if status.pitch_lower_limit < status.pitch_upper_limit:
-                self._stated_limits = status.pitch_lower_limit, status.pitch_upper_limit
+            lower, upper = status.pitch_lower_limit, status.pitch_upper_limit
+            if lower < upper:
+                self._stated_limits = self._config.joint_axis.pitches(lower, upper)
         return self._stated_limits
 
     def reconfigure(self, config: AssemblerConfig) -> None:
