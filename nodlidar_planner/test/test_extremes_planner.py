@@ -47,11 +47,11 @@ IMPOSSIBLE = {
     ('steps_per_revolution', 1): ('object_size', UNSEEN.format(84, 0)),
     ('steps_per_revolution', 65_536): (
         'speed_min',
-        'at least 3.05 rad/s, for 200000 choices',
+        'at least 3.046 rad/s, for 200000 choices',
     ),
     # A sweep of a useful duration has a dozen beams, or millions.
     ('scan_rate', 0.01): ('object_size', 'so large that some N_s hits every row'),
-    ('scan_rate', 2000.0): ('speed_min', 'at least 6.28 rad/s, for 200000 choices'),
+    ('scan_rate', 2000.0): ('speed_min', 'at least 6.281 rad/s, for 200000 choices'),
 }
 
 

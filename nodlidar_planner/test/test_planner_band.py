@@ -1,6 +1,7 @@
 """The band of N_s to choose from."""
 
 import math
+import re
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.pattern.band import samples_in_band
@@ -42,12 +43,12 @@ def test_speeds_that_are_none_are_refused(speeds, key):
         ),
         (
             (None, 1e-4),
-            "'speed_max' must be at least 1.571 rad/s, that of N_s = 8000, or speed_min",
+            "'speed_max' must be at least 1.572 rad/s, that of N_s = 7999, or speed_min",
         ),
-        ((3.0, 2.0), "'speed_max' must be at least 3.001 rad/s, that of N_s = 4188"),
+        ((3.0, 2.0), "'speed_max' must be at least 3.002 rad/s, that of N_s = 4187"),
         (
             (1e6, 2e6),
-            "'speed_min' must be at most 1.257e.04 rad/s, that of N_s = 1, but is 1000000",
+            "'speed_min' must be at most 1.256e.04 rad/s, that of N_s = 1, but is 1000000",
         ),
         ((3.1416, 3.1417), "'speed_max' must be such that one N_s of 4000 to 4000 is coprime"),
     ],
@@ -62,10 +63,31 @@ def test_a_band_without_samples_names_a_limit_that_was_passed(speeds, said):
 )
 def test_a_nod_too_slow_to_be_planned_names_the_speed(speeds, key):
     """A million samples of 97.66 us are 97.66 s, for 1.2272 rad."""
-    with pytest.raises(ParameterError, match=f"'{key}' must be at least 0.0126 rad/s, for N_s"):
+    with pytest.raises(ParameterError, match=f"'{key}' must be at least 0.01257 rad/s, for N_s"):
         samples_in_band(Task(), *speeds)
 
 
+@pytest.mark.parametrize(
+    ('task', 'speeds'),
+    [
+        (Task(), (100.0, None)),
+        (Task(), (None, 0.05)),
+        (Task(), (3.0, 2.0)),
+        (Task(steps_per_revolution=65_536), (None, None)),
+        (Task(scan_rate=2000.0), (None, None)),
+        (Task(steps_per_revolution=30_030), (None, 0.1)),
+    ],
+)
+def test_a_limit_that_is_named_is_allowed(task, speeds):
+    with pytest.raises(ParameterError) as refusal:
+        samples_in_band(task, *speeds)
+    named = float(re.search(r'at (?:least|most) ([\d.e+]+) rad/s', refusal.value.limit)[1])
+    given = dict(zip(('speed_min', 'speed_max'), speeds, strict=True)) | {refusal.value.key: named}
+    if given['speed_min'] is not None and given['speed_max'] is not None:
+        given = {refusal.value.key: named}
+    assert len(samples_in_band(task, **given)) > 0
+
+
 def test_a_fine_lidar_needs_a_lowest_speed_and_the_error_names_the_value():
-    with pytest.raises(ParameterError, match=r"'speed_min' must be at least 3.05 rad/s.*is 1.57"):
+    with pytest.raises(ParameterError, match=r"'speed_min' must be at least 3.046 rad/s.*is 1.57"):
         samples_in_band(Task(steps_per_revolution=65_536))

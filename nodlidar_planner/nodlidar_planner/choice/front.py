@@ -22,6 +22,7 @@ from nodlidar_planner.holes.hole import (
     samples_taken,
 )
 from nodlidar_planner.pattern.pattern import Pattern
+from nodlidar_planner.pattern.rounding import rounded_down, rounded_up
 from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import Task
 import numpy as np
@@ -114,11 +115,11 @@ class Front:
             return soonest
         smallest = self.within(time_budget)
         allowed = (
-            f'at least {math.degrees(smallest.hole):.4g}° after {time_budget:g} s '
-            f'(N_s = {smallest.samples_per_sweep}), or the time at least {soonest.time:.4g} s '
-            f'(N_s = {soonest.samples_per_sweep})'
+            f'at least {rounded_up(math.degrees(smallest.hole))}° after {time_budget:g} s '
+            f'(N_s = {smallest.samples_per_sweep}), or the time at least '
+            f'{rounded_up(soonest.time)} s (N_s = {soonest.samples_per_sweep})'
         )
-        raise ParameterError('max_hole', allowed, math.degrees(max_hole))
+        raise ParameterError('max_hole', allowed, _degrees(max_hole))
 
     def around(self, corner: Corner) -> list[Corner]:
         """Return a corner and others from a quarter to four times its time, soonest first."""
@@ -154,16 +155,15 @@ class Front:
         """
         least, largest = least_side(self._task), largest_side(self._task)
         if not least - _ROUNDING < max_hole < largest - _ROUNDING:
-            least_degrees, largest_degrees = math.degrees(least), math.degrees(largest)
             allowed = (
-                f'at least {least_degrees:.4g}°, which always remains between two steps, '
-                f'and below {largest_degrees:.4g}°, the size of the region'
+                f'at least {rounded_up(math.degrees(least))}°, which always remains between two '
+                f'steps, and below {rounded_down(math.degrees(largest))}°, the size of the region'
             )
-            raise ParameterError('max_hole', allowed, math.degrees(max_hole))
+            raise ParameterError('max_hole', allowed, _degrees(max_hole))
         soonest = self._soonest(max_hole, self._enough(max_hole))
         if soonest is None:
             allowed = f'so large that some nod reaches it within {PATIENCE:g} s'
-            raise ParameterError('max_hole', allowed, math.degrees(max_hole))
+            raise ParameterError('max_hole', allowed, _degrees(max_hole))
         smallest = self._smallest(max_hole + _ROUNDING, soonest[0])
         pattern = soonest[1] if smallest is None else smallest[1]
         return self._corner(soonest[0], pattern)
@@ -237,3 +237,8 @@ class Front:
             if max(wider, runs - wider) == most:
                 break
         return wider < most
+
+
+def _degrees(angle: float) -> float:
+    """Return an angle [rad] in degrees, without the rounding of the conversion."""
+    return float(f'{math.degrees(angle):.10g}')

@@ -4,6 +4,7 @@ import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.pattern.pattern import MAX_SAMPLES_PER_SWEEP
+from nodlidar_planner.pattern.rounding import rounded_down, rounded_up
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,13 @@ def coprime_from(number: int, other: int) -> int:
     """Return the least number, at least a given one, that is coprime with another."""
     while math.gcd(number, other) != 1:
         number += 1
+    return number
+
+
+def coprime_up_to(number: int, other: int) -> int:
+    """Return the greatest number, at most a given one from 1 on, that is coprime with another."""
+    while math.gcd(number, other) != 1:
+        number -= 1
     return number
 
 
@@ -45,11 +53,12 @@ def samples_in_band(
         most = one_sample / speed_min
     fewest, most = math.ceil(fewest - 1e-9), math.floor(most + 1e-9)
     if most - fewest > MAX_CHOICES:
-        limit = f'at least {task.speed(fewest + MAX_CHOICES):.3g} rad/s, for {MAX_CHOICES} choices'
+        least = rounded_up(task.speed(fewest + MAX_CHOICES))
+        limit = f'at least {least} rad/s, for {MAX_CHOICES} choices'
         raise ParameterError('speed_min', limit, speed_min or task.speed(most))
     if most > MAX_SAMPLES_PER_SWEEP:
         slowest = task.speed(MAX_SAMPLES_PER_SWEEP)
-        limit = f'at least {slowest:.3g} rad/s, for N_s up to {MAX_SAMPLES_PER_SWEEP}'
+        limit = f'at least {rounded_up(slowest)} rad/s, for N_s up to {MAX_SAMPLES_PER_SWEEP}'
         if speed_max is not None and speed_max < slowest:
             raise ParameterError('speed_max', limit, speed_max)
         raise ParameterError('speed_min', limit, speed_min or task.speed(most))
@@ -66,11 +75,13 @@ def _none_between(
 ) -> ParameterError:
     """Return the error for a band without N_s, which names a limit that was passed."""
     if speed_max is None or most < 1:
+        n_s = coprime_from(fewest, task.steps_per_revolution)
         key, value = 'speed_min', speed_min
-        limit = f'at most {task.speed(fewest):.4g} rad/s, that of N_s = {fewest}'
+        limit = f'at most {rounded_down(task.speed(n_s))} rad/s, that of N_s = {n_s}'
     else:
+        n_s = coprime_up_to(most, task.steps_per_revolution)
         key, value = 'speed_max', speed_max
-        limit = f'at least {task.speed(most):.4g} rad/s, that of N_s = {most}'
+        limit = f'at least {rounded_up(task.speed(n_s))} rad/s, that of N_s = {n_s}'
         limit += ', or speed_min given as well' if speed_min is None else ''
     if fewest <= most:
         limit = f'such that one N_s of {fewest} to {most} is coprime with N_L'
