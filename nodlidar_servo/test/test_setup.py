@@ -22,6 +22,7 @@ from nodlidar_servo.setup.errors import (
     LidarError,
     LockedError,
     NoServoError,
+    NotWrittenError,
     SeveralServosError,
     SharedIdError,
     WrongModelError,
@@ -174,6 +175,44 @@ def test_each_change_has_its_own_consent():
     assert [change.name for change in result.changes] == ['return delay']
     assert (device.table[x.RETURN_DELAY], device.bit_rate) == (0, 57_600)
     assert node_parameters(result.config) == {'baud_rate': 57_600}
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+def test_without_consent_to_confirmed_writes_nothing_is_written(kind, table):
+    register = rx.RETURN_LEVEL if table is rx else x.RETURN_LEVEL
+    device = make(kind, {register: 1})
+    line = Line(device, yes=lambda question: 'return level' not in question)
+    settings = 0, 24 if table is rx else 64
+    before = device.table.read(*settings)
+    assert list(line.set_up().changes) == []
+    assert device.table.read(*settings) == before
+    assert 'nothing is changed: at this return level, no write is confirmed' in line.shown
+    assert len(line.asked) == 1
+
+
+def test_a_servo_that_is_gone_after_a_write_is_an_error_of_that_write():
+    device = GoneWithItsNewId(make(RxServoEmulator))
+    with pytest.raises(NotWrittenError, match=r'after writing ID = 5 .* run setup again'):
+        Line(device).set_up(config=ServoConfig(servo_id=5))
+
+
+class GoneWithItsNewId:
+    """A servo that takes a new ID only after its power was cut."""
+
+    def __init__(self, device):
+        self._device, self.host_bit_rate = device, None
+
+    def __getattr__(self, name):
+        return getattr(self._device, name)
+
+    def receive(self, data, now_ns):
+        self._device.host_bit_rate = self.host_bit_rate
+        if self._device.table[rx.ID] != 5:
+            self._device.receive(data, now_ns)
+
+    def transmit(self, now_ns):
+        sent = self._device.transmit(now_ns)
+        return sent if self._device.table[rx.ID] != 5 else b''
 
 
 @pytest.mark.parametrize(('kind', 'table'), KINDS)

@@ -8,6 +8,8 @@ from nodlidar_servo.models.control_table import REVERSED, TIME_BASED
 from nodlidar_servo.setup.condition import Condition
 from nodlidar_servo.setup.registers import rate_code, registers_of
 
+RETURN_LEVEL = 'return level'
+
 
 @dataclass(frozen=True, slots=True)
 class Change:
@@ -43,7 +45,7 @@ def needed_changes(condition: Condition, config: ServoConfig) -> list[Change]:
     values = condition.values
     reply_to_all = registers_of(condition.found.packets).reply_to_all
     wanted = {
-        'return level': (reply_to_all, 'all requests are answered'),
+        RETURN_LEVEL: (reply_to_all, 'all requests are answered'),
         **_modes(condition),
         **_limits(config),
         'return delay': (0, 'replies come at once'),

@@ -1,12 +1,13 @@
 """Leads through the set-up of one servo: finds it, asks for consent, writes, shows the result."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from nodlidar_common.parameters import check
-from nodlidar_servo.bus.replies import NoAnswerError
+from nodlidar_servo.bus.replies import NoAnswerError, ReplyError
 from nodlidar_servo.device.config import ServoConfig
-from nodlidar_servo.setup.changes import Change, needed_changes
+from nodlidar_servo.setup.changes import Change, needed_changes, RETURN_LEVEL
 from nodlidar_servo.setup.condition import Condition
 from nodlidar_servo.setup.errors import NoServoError, SeveralServosError, WrongModelError
 from nodlidar_servo.setup.search import Found, OpenAt, rare_trials, search, Trial, usual_trials
@@ -136,7 +137,7 @@ class Dialogue:
                 self._show(f'would change {words(change)}')
             return Result(before, before, (), _reached(config, before))
         _check_free(config.servo_id, found, others)
-        agreed = [each for each in changes if self._agrees(f'change {words(each)}')]
+        agreed = self._agreed(changes)
         if agreed and before.values['torque'] and not self._agrees(_SINKS):
             agreed = []
         if agreed:
@@ -145,6 +146,17 @@ class Dialogue:
         reached = _reached(config, after)
         check(reached)  # the servo may have kept a bit rate that the node does not have
         return Result(before, after, agreed, reached)
+
+    def _agreed(self, changes: Sequence[Change]) -> list[Change]:
+        """Return the changes to which the user agrees."""
+        agreed = []
+        for change in changes:
+            if self._agrees(f'change {words(change)}'):
+                agreed.append(change)
+            elif change.name == RETURN_LEVEL:
+                self._show('nothing is changed: at this return level, no write is confirmed')
+                return []
+        return agreed
 
     def _condition(self, session: Session, wish: Wish) -> Condition:
         try:
@@ -179,8 +191,11 @@ def _write(session: Session, changes: Sequence[Change]) -> None:
     """Write changes; the torque is off afterwards, also after Ctrl-C."""
     try:
         session.write(changes)
-    finally:
-        session.torque_off()
+    except BaseException:  # Ctrl-C, too
+        with suppress(ReplyError):  # what happened first says more
+            session.torque_off()
+        raise
+    session.torque_off()
     session.check_alone()
 
 
