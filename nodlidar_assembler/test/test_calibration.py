@@ -328,3 +328,19 @@ def test_a_plane_that_is_seen_only_at_grazing_incidence_does_no_harm(beams):
     )
     np.testing.assert_allclose(unseen.errors, known.errors, rtol=1e-6)
     assert unseen.values.roll == pytest.approx(known.values.roll)
+
+
+@pytest.mark.parametrize('count', [1, 2, 4])
+def test_a_scan_of_few_beams_is_taken_as_it_is(count):
+    sample_ns = np.arange(0, 2 * NS_PER_S, NS_PER_S // 100)
+    geometry = ScanGeometry(count, 0.0, 0.006, 1e-4, 0.02, 5.6)
+    scan = Scan(NS_PER_S, geometry, np.full(count, 2.0, np.float32))
+    assert len(MeasuredBeams.of(SensorLog([scan], sample_ns, np.sin(sample_ns * 1e-9)))) == count
+
+
+def test_a_clock_that_was_set_while_recording_is_named_at_once():
+    """From 1970, the track would have 10^12 positions."""
+    early_ns = np.arange(0, 2 * NS_PER_S, NS_PER_S // 100)
+    sample_ns = np.concatenate([early_ns, early_ns + 1_700_000_000 * NS_PER_S])
+    with pytest.raises(CalibrationError, match='joint states pause for 1699999998 s'):
+        MeasuredBeams.of(SensorLog([], sample_ns, np.sin(sample_ns * 1e-9)))

@@ -132,6 +132,20 @@ def test_uneven_samples_with_the_stamps_of_their_measurement_are_not_named():
     assert warning_about([driven(t, 0.6, 0.8) for t in times], times) == ''
 
 
+def test_a_clock_that_was_set_while_recording_takes_no_time():
+    """Only the part after it jitters; from 1970, there are 1.7e8 windows without a sample."""
+    rng = np.random.default_rng(1)
+    even = np.arange(0.0, 30.0, 0.05)
+    stamps = np.concatenate([even, 1.7e9 + even + rng.uniform(0.0, 0.04, len(even))])
+    time_ns = np.rint(stamps * 1e9).astype(np.int64)
+    poses = [driven(t) for t in (*even, *even)]
+    position = np.array([(x, y, 0.0) for x, y, _ in poses])
+    half = np.array([yaw / 2.0 for *_, yaw in poses])
+    turn = np.stack([0.0 * half, 0.0 * half, np.sin(half), np.cos(half)], axis=1)
+    found = OdometryJitter.worst(Odometry(time_ns, Poses(position, turn)))
+    assert found.seconds == pytest.approx(0.04 / 12.0**0.5, rel=0.2)
+
+
 def test_a_single_sample_does_not_jitter():
     poses = Poses(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]]))
     assert OdometryJitter.worst(Odometry(np.array([START_NS]), poses)) is None

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 
 GRID_NS = 1_000_000  # 200 rad/s2 bend a chord of 1 ms by 25 microrad
 _WINDOW = 100  # steps of the grid that are smoothed together
+LONGEST_PAUSE_NS = 60 * NS_PER_S  # of joint states, over which the grid would take too much
 _AT_EDGE = 2  # beams beside a mixed pixel that do not count
 _PREPARED = 100_000  # beams, at most
 
@@ -94,8 +95,15 @@ class JointTrack:
     def of(cls, log: SensorLog, max_gap: float) -> 'JointTrack':
         """Return the track of a log's joint samples, smoothed by the estimator `trajectory`.
 
-        It is NaN where samples are farther apart than max_gap [s].
+        It is NaN where samples are farther apart than max_gap [s]; CalibrationError is raised if
+        they pause for LONGEST_PAUSE_NS.
         """
+        pause_ns = int(np.diff(log.sample_ns).max(initial=0))
+        if pause_ns > LONGEST_PAUSE_NS:
+            raise CalibrationError(
+                f'joint states pause for {pause_ns / NS_PER_S:.0f} s, as if the clock was set: '
+                'record anew'
+            )
         config = EstimatorConfig(estimator='trajectory', max_joint_gap=max_gap)
         estimator = PitchEstimator(config)
         begin_ns, end_ns = int(log.sample_ns[0]), int(log.sample_ns[-1])
@@ -166,7 +174,7 @@ class MeasuredBeams:
             g = scan.geometry
             good = g.measured(scan.ranges) & (scan.ranges <= max_range)
             edge = find_mixed_pixels(scan.ranges, g, MixedPixelConfig())
-            near = np.convolve(edge, np.ones(2 * _AT_EDGE + 1), 'same') > 0.5
+            near = np.convolve(edge, np.ones(2 * _AT_EDGE + 1))[_AT_EDGE:-_AT_EDGE] > 0.5
             which = np.flatnonzero(good & ~near)[number % step :: step]
             time = (scan.stamp_ns - track.begin_ns + beams.offset_ns[which]) / NS_PER_S
             numbers = np.full(len(which), float(number))

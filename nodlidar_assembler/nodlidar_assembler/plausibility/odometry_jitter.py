@@ -66,12 +66,12 @@ class OdometryJitter:
         """Return the worst of the windows of a drive, by the error of points; None without any."""
         times_ns, position = odometry.time_ns, odometry.poses.position
         ends = ends_of(odometry.poses.orientation)
-        bounds = np.searchsorted(times_ns, np.arange(times_ns[0], times_ns[-1] + 1, WINDOW_NS))
-        windows = [slice(*each) for each in zip(bounds, [*bounds[1:], None], strict=True)]
+        number = (times_ns - times_ns[0]) // WINDOW_NS  # of the window of each sample
+        windows = np.split(np.arange(len(number)), np.flatnonzero(np.diff(number)) + 1)
         found = [
             jitter
             for each in windows
-            if len(times_ns[each]) >= FEWEST_SAMPLES
+            if len(each) >= FEWEST_SAMPLES
             and (jitter := cls.of(times_ns[each], position[each], ends[each])) is not None
         ]
         return max(found, key=lambda each: each.error, default=None)
