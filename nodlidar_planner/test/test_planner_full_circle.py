@@ -55,3 +55,12 @@ def test_rows_are_cells_high_but_the_last_is_up_to_a_hundredth_higher(size, limi
     last = task.span - (task.rows - 1) * task.cell
     assert last < 1.01 * task.cell * (1.0 + 1e-6)
     assert task.rows == 1 or last > 0.01 * task.cell * (1.0 - 1e-6)
+
+
+@pytest.mark.parametrize('steps', [360, 400, 450, 720, 1024, 1440])
+@pytest.mark.parametrize('distance', [1.0, 1.5, 2.5, 4.0])
+def test_a_region_all_around_that_is_no_full_circle_has_a_beam_in_every_column(steps, distance):
+    """The step opposite the centre is the first one of the region, not the last."""
+    around = {'azimuth': math.pi, 'window_min': -math.pi, 'window_max': math.pi}
+    task = Task(0.1, distance, steps_per_revolution=steps, **around)
+    assert set(task.column_of_step().tolist()) == set(range(task.columns))

@@ -52,6 +52,8 @@ def main(argv: Sequence[str] | None) -> None:
 
 
 def _plan_scan(task: Task, request: Request, errors: ErrorParameters) -> None:
+    if request.error_budget and request.samples_per_sweep is not None:
+        error_report(task, task.speed(request.samples_per_sweep), errors)  # refuses at once
     answer = find(task, request)
     if request.error_budget:
         answer = replace(answer, errors=error_report(task, answer.plans[0].speed, errors))

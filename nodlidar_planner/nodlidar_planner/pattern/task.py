@@ -119,8 +119,12 @@ class Task:
         """
         width = math.tau if self.full_circle else 2.0 * self.azimuth
         columns, step = _cells_in(width, self.cell), math.tau / self.steps_per_revolution
-        end = self.centre + self.azimuth - self.azimuth_of_step_0 + 1e-9
-        beyond_last = step if self.full_circle else end % step
+        if self.full_circle:
+            beyond_last = step
+        elif self.azimuth > math.pi - 1e-9:  # the step opposite the centre may be the first one
+            beyond_last = self.azimuth - float(self.from_centre().max())
+        else:
+            beyond_last = (self.centre + self.azimuth - self.azimuth_of_step_0 + 1e-9) % step
         last_step = math.floor((width - beyond_last) / self.cell + ON_THE_LINE)
         left_over = 0 <= last_step == columns - 2 and self.cell >= step
         return columns - 1 if left_over else columns

@@ -109,7 +109,11 @@ class Request:
     json: bool = parameter(False, 'Print one JSON object, with null for infinite values')
     plot: str | None = parameter(None, 'Draw into this .png, .pdf or .svg file')
     top: int | None = parameter(
-        None, 'List this many plans [default: 10; 1 with --json]', minimum=1, maximum=10_000
+        None,
+        'List this many plans, with a timing error no more than runs compared [default: 10; 1 '
+        'with --json]',
+        minimum=1,
+        maximum=10_000,
     )
 
     def __post_init__(self) -> None:
