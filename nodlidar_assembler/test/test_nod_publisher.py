@@ -54,6 +54,16 @@ def test_commands_and_limits_of_the_mount_are_positions_of_the_joint(way, limits
         assert running.node._region.pitch_limits == pytest.approx(mount)
 
 
+def test_a_region_gives_the_nod_back_in_the_new_time(monkeypatch):
+    calls = []
+    with fed() as running:
+        node = running.node
+        monkeypatch.setattr(node._nod, 'clock_was_set', lambda step_ns: calls.append('nod'))
+        monkeypatch.setattr(node._region, 'end', lambda reason: calls.append('region'))
+        node._clock_was_set(50_000_000)
+    assert calls == ['nod', 'region']
+
+
 class Timer:
     """Notes that it begins anew."""
 

@@ -22,6 +22,7 @@ class TrajectoryConfig(JointConfig):
         'need more are refused',
         unit='rad/s^2',
         minimum=1.0,
+        maximum=1e5,
     )
     max_speed: float = parameter(
         6.0,
