@@ -1,7 +1,9 @@
 """Another profile while the assembler runs: a new node takes over, with what the user has set."""
 
+from node_bench import sensor_log, simulated
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.node import Assembler
+from nodlidar_sim.world.scene import load_scene
 import pytest
 import rclpy
 from rclpy.parameter import Parameter
@@ -42,6 +44,18 @@ def test_what_was_set_while_it_ran_stays(assembler):
     config = third.config
     assert (config.samples_per_sweep, config.pitch_max, config.adapt_limits) == (2001, 0.25, True)
     third.destroy_node()
+
+
+def test_the_nod_goes_on_without_waiting_for_a_scan(assembler):
+    scan = sensor_log(simulated(load_scene('wall', ideal=True), 0.3)).scans[0]
+    assembler._nod.follow_lidar(scan)
+    before = assembler._nod.commanded
+    node = succeed(assembler, profile='slam')
+    now_ns = node._nod.now_ns()
+    going_on = node._nod.commanded
+    assert float(going_on.pitch(now_ns)) == pytest.approx(float(before.pitch(now_ns)), abs=0.005)
+    assert float(going_on.velocity(now_ns)) == pytest.approx(float(before.velocity(now_ns)))
+    node.destroy_node()
 
 
 def test_a_simulated_clock_that_was_chosen_while_it_ran_stays(assembler):

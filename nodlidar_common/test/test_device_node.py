@@ -1,6 +1,7 @@
 from contextlib import suppress
 from dataclasses import dataclass
 import gc
+from itertools import groupby
 import queue
 import signal
 import subprocess
@@ -433,7 +434,32 @@ def test_a_successor_takes_over():
             self.failed = self.number == 3
 
     assert run(Relay) == 1
-    assert ran == [(1, 1), (2, 1), (3, 1)]
+    assert [each for each, _ in groupby(ran)] == [(1, 1), (2, 1), (3, 1)]
+
+
+def test_a_node_answers_what_was_asked_before_its_successor_takes_over():
+    """The request is in the queue when the successor is chosen."""
+    answered = []
+
+    class Asked(Node):
+        def __init__(self):
+            super().__init__('asked')
+            self.failed, self.successor = False, None
+            service = self.create_service(ChangeState, 'ask', self.answer)
+            client = self.create_client(ChangeState, service.srv_name)
+            assert client.wait_for_service(10.0)
+            client.call_async(ChangeState.Request()).add_done_callback(answered.append)
+            self.successor = lambda: Failing('next')
+
+        def answer(self, request, response):
+            response.success = True
+            return response
+
+    class Failing(Node):
+        failed = True
+
+    assert run(Asked) == 1
+    assert [each.result().success for each in answered] == [True]
 
 
 def test_wrong_parameter_ends_the_process_with_its_name(capsys):

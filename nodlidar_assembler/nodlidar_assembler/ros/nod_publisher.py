@@ -1,5 +1,7 @@
 """Publishes the nod command while scans arrive."""
 
+from __future__ import annotations
+
 import math
 
 from nodlidar_assembler.clouds.ego_motion import Odometry
@@ -34,6 +36,8 @@ class NodPublisher:
         The host's clocks.
     survival
         Catches errors of the timer.
+    before
+        That of a node which this one replaces: its nod goes on, with the parameters of this one.
 
     Attributes
     ----------
@@ -42,7 +46,12 @@ class NodPublisher:
     """
 
     def __init__(
-        self, node: Node, config: AssemblerConfig, clock: ClockWatch, survival: Survival
+        self,
+        node: Node,
+        config: AssemblerConfig,
+        clock: ClockWatch,
+        survival: Survival,
+        before: NodPublisher | None = None,
     ) -> None:
         self._node, self._config, self._clock = node, config, clock
         self.controller = NodController(config)
@@ -57,6 +66,10 @@ class NodPublisher:
         self._timer = create_steady_timer(
             node, _LATE / config.command_rate, survival.guarded(self._publish)
         )
+        if before is not None:
+            self.controller, self._scan_clock = before.controller, before._scan_clock
+            self._last_scan_ns = before._last_scan_ns
+            self.reconfigure(config)
 
     def follow_lidar(self, scan: Scan) -> None:
         """Keep the nod phase-locked to the lidar; publish the first command at once."""

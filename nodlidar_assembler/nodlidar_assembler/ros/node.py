@@ -38,9 +38,11 @@ SCANS_WAITING, STATES_WAITING = 100, 1000
 class Assembler(Node):
     """Places every beam of each scan by its own pose and publishes the points."""
 
-    def __init__(self, parameters: Sequence[Parameter] = ()) -> None:
+    def __init__(
+        self, parameters: Sequence[Parameter] = (), before: NodPublisher | None = None
+    ) -> None:
         super().__init__('assembler', parameter_overrides=list(parameters))
-        self._profile = ProfileChange(self, Assembler)
+        self._profile = ProfileChange(self, lambda chosen: Assembler(chosen, self._nod))
         self.config = declare(
             self,
             AssemblerConfig,
@@ -52,7 +54,8 @@ class Assembler(Node):
         self._clock_watch = ClockWatch(self, self._clock_was_set)
         self._nod = None
         if self.config.command_nod:
-            self._nod = NodPublisher(self, self.config, self._clock_watch, self.survival)
+            own = self, self.config, self._clock_watch, self.survival
+            self._nod = NodPublisher(*own, before)
         self._clouds = self.create_publisher(
             PointCloud2, 'points', 10, qos_overriding_options=OVERRIDABLE
         )

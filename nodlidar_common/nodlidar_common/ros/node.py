@@ -7,8 +7,10 @@ import signal
 import sys
 
 from nodlidar_common.errors import NodlidarError
+from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.executor import Executor
+from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.survival import Survival
 import rclpy
 from rclpy.exceptions import NameValidationException, ParameterException
@@ -16,6 +18,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 CHECK_PERIOD = 0.2  # s, between two checks whether to end
+ANSWERING = 0.3  # s, for which a node goes on when another one takes over
 # Of names, parameters and QoS that a user gave to rclpy.
 _OF_ARGUMENTS = NameValidationException, ParameterException, RuntimeError
 
@@ -24,8 +27,9 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     """Run a node until a signal or a failure ends it; return the exit status.
 
     An exception in a callback does not end the node: it is logged with its traceback and counted,
-    by the node's own `survival` if it has one. A node with a `successor` that is not None is
-    destroyed, and the node that its successor makes takes over. After a signal, a node that is
+    by the node's own `survival` if it has one. A node with a `successor` that is not None goes on
+    for a moment, to answer what was asked meanwhile, and is destroyed; the node that its successor
+    makes takes over. After a signal, a node that is
     `answering` a request goes on until it has.
     """
     with _ending_signals() as received:
@@ -93,9 +97,12 @@ def _spin(node: Node, received: list[int]) -> None:
     gc.collect()
     gc.freeze()
     survival = getattr(node, 'survival', None) or Survival(node.get_logger().error)
+    ends_ns: int | None = None
     try:
         while rclpy.ok() and not (received and not getattr(node, 'answering', False)):
-            if getattr(node, 'failed', False) or _successor(node) is not None:
+            if ends_ns is None and _successor(node) is not None:
+                ends_ns = steady_ns() + round(ANSWERING * NS_PER_S)
+            if getattr(node, 'failed', False) or (ends_ns is not None and steady_ns() > ends_ns):
                 return
             with survival.surviving():
                 executor.spin_once(timeout_sec=CHECK_PERIOD)
