@@ -282,6 +282,24 @@ def test_a_joint_whose_states_stop_rests_at_a_reversal(robot):
     assert robot.refusals == []
 
 
+@pytest.mark.parametrize('seconds', [1.0, 3.0])
+def test_a_node_that_stood_still_blames_no_clock_and_goes_on(robot, seconds):
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.start_controller()
+    with running('autostart:=true', 'reconnect_delay:=1.5') as process:
+        robot.until(robot.is_in_phase, 'not in phase')
+        robot.reports.clear()
+        process.send_signal(signal.SIGSTOP)
+        stopped = time.monotonic()
+        robot.until(lambda: time.monotonic() > stopped + seconds, 'time stands still')
+        robot.statuses.clear()
+        process.send_signal(signal.SIGCONT)
+        robot.until(lambda: robot.statuses and robot.is_in_phase(), 'not in phase again')
+        robot.until(lambda: len(robot.reports) > 2, 'no diagnostics')
+    assert not [text for text in robot.reports if 'clocks' in text or 'no joint states' in text]
+    assert robot.refusals == []
+
+
 @pytest.mark.parametrize('late_s', [-3600, 2])
 def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())

@@ -29,6 +29,9 @@ from trajectory_msgs.msg import JointTrajectory
 
 MOST_STATES = 500  # kept between two trajectories; half a second of a controller at 1 kHz
 _PATIENCE = 5.0  # s for the controllers to start, often after this node; then that is an error
+# Longer than that between two cycles, this process did not run: it was stopped, or the host busy [s].
+_STOOD_STILL = 0.3
+_CATCHING_UP = 0.5  # s; then what came meanwhile has been taken
 
 
 def add_state(
@@ -75,7 +78,7 @@ class TrajectoryNode(NodNode):
         self.commands = NodCommands(self.config)
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
         self._samples = JointSamples(self.config.dynamics)
-        self._arrived_ns = 0
+        self._arrived_ns = self._cycled_ns = self._caught_up_ns = 0
         self._stamps = JointStamps(self.config.joint_timeout)
         self._is_moving = False
         self._off_nod = OffNod()
@@ -91,14 +94,18 @@ class TrajectoryNode(NodNode):
             time.sleep(1.0 / self.config.send_rate)
             self._new_samples()
         self._check()
+        self._cycled_ns = steady_ns()
 
     def cycle(self) -> None:
         """Send the nod from the present leg on, or stop the joint without a command."""
         time.sleep(1.0 / self.config.send_rate)
+        self._note_a_pause()
         samples = self._new_samples()
         self._check()
         latest = self._samples.latest
         assert latest is not None
+        if steady_ns() < self._caught_up_ns and not self._is_recent(latest):
+            return
         tracker = self.commands.follow(steady_ns(), self.start_clock_ns())
         if tracker is None:
             self._stop()
@@ -160,6 +167,16 @@ class TrajectoryNode(NodNode):
         timeout: float = self.config.joint_timeout
         return sample is not None and abs(self.now_ns() - sample.stamp_ns) <= timeout * NS_PER_S
 
+    def _note_a_pause(self) -> None:
+        """Wait for new joint states if this process did not run for a while.
+
+        Those that came meanwhile are late by no fault of a clock, and arrive one after the other.
+        """
+        before_ns, self._cycled_ns = self._cycled_ns, steady_ns()
+        if self._cycled_ns - before_ns > (_STOOD_STILL + 1.0 / self.config.send_rate) * NS_PER_S:
+            self._caught_up_ns = self._cycled_ns + round(_CATCHING_UP * NS_PER_S)
+            self._arrived_ns = self._cycled_ns
+
     def _new_samples(self) -> list[JointSample]:
         """Return the measurements since the last call; the last one is kept."""
         samples = []
@@ -171,6 +188,9 @@ class TrajectoryNode(NodNode):
         return samples
 
     def _is_of_now(self, stamp_ns: int) -> bool:
+        late = (self.now_ns() - stamp_ns) / NS_PER_S
+        if steady_ns() < self._caught_up_ns and late > self.config.joint_timeout:
+            return False
         return self._stamps.believe(stamp_ns, self.now_ns())
 
     def _progress(self, tracker: NodTracker) -> NodProgress:
