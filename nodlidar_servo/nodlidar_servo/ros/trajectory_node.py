@@ -29,7 +29,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 MOST_STATES = 500  # kept between two trajectories; half a second of a controller at 1 kHz
 _PATIENCE = 5.0  # s for the controllers to start, often after this node; then that is an error
-# Longer than that between two cycles, this process did not run: it was stopped, or the host busy [s].
+# So long between two cycles, this process did not run: it was stopped, or the host was busy [s].
 _STOOD_STILL = 0.3
 _CATCHING_UP = 0.5  # s; then what came meanwhile has been taken
 
