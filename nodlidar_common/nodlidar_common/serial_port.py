@@ -80,7 +80,7 @@ def open_port(path: str, baud_rate: int, timeout: float | None) -> OpenPort:
 
 
 def _connected(url: str, timeout: float | None) -> TcpPort:
-    """Return a connection to ``tcp://ADDRESS:PORT``; trying takes up to 5 s."""
+    """Return a connection to ``tcp://ADDRESS:PORT``; trying takes up to LONGEST_CONNECTING."""
     address = url.removeprefix(TCP).rstrip(':')
     try:
         port = '' if urlsplit(url).port else f':{TCP_PORT}'

@@ -4,10 +4,15 @@ import array
 import fcntl
 import termios
 
-from serial.urlhandler.protocol_socket import Serial
+from serial.urlhandler import protocol_socket
+
+# So long connecting takes at most [s], which nothing interrupts: a lidar in the same network answers
+# at once, and a lost packet is sent again after 1 s.
+LONGEST_CONNECTING = 1.5
+protocol_socket.POLL_TIMEOUT = LONGEST_CONNECTING
 
 
-class TcpPort(Serial):
+class TcpPort(protocol_socket.Serial):
     """pyserial's connection, with the number of bytes that wait.
 
     pyserial says only whether there are any, so that a message would be read byte by byte.

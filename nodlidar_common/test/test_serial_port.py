@@ -1,9 +1,13 @@
+from contextlib import ExitStack
 import os
+import socket
 import termios
+import time
 import tty
 
 from nodlidar_common.errors import DeviceError, PortError
 from nodlidar_common.serial_port import close_port, open_port, port_errors
+from nodlidar_common.tcp_port import LONGEST_CONNECTING
 import pytest
 from serial import SerialException
 
@@ -70,6 +74,22 @@ def test_an_address_that_nobody_answers_at_is_told_with_the_reason(address, reas
         open_port(address, 115200, timeout=0.0)
     assert isinstance(caught.value.__cause__, OSError | ValueError)
     assert address in str(caught.value)
+
+
+def test_a_lidar_that_takes_no_connection_holds_up_its_driver_for_a_moment_only():
+    """As behind a cable that was unplugged: nothing refuses the connection."""
+    with ExitStack() as open_sockets:
+        full = open_sockets.enter_context(socket.socket())
+        full.bind(('127.0.0.1', 0))
+        full.listen(0)
+        for _ in range(4):
+            waiting = open_sockets.enter_context(socket.socket())
+            waiting.setblocking(False)
+            waiting.connect_ex(full.getsockname())
+        begin = time.monotonic()
+        with pytest.raises(PortError, match='timed out'):
+            open_port(f'tcp://127.0.0.1:{full.getsockname()[1]}', 115200, timeout=0.0)
+        assert LONGEST_CONNECTING <= time.monotonic() - begin < LONGEST_CONNECTING + 1.0
 
 
 def test_file_that_is_no_port(tmp_path):
