@@ -6,8 +6,8 @@ import termios
 
 from serial.urlhandler import protocol_socket
 
-# So long connecting takes at most [s], which nothing interrupts: a lidar in the same network answers
-# at once, and a lost packet is sent again after 1 s.
+# Connecting takes so long at most [s], which nothing interrupts. A lidar in the same network
+# answers at once, and a lost packet is sent again after 1 s.
 LONGEST_CONNECTING = 1.5
 protocol_socket.POLL_TIMEOUT = LONGEST_CONNECTING
 

@@ -15,6 +15,7 @@ from lifecycle_msgs.srv import ChangeState
 from nodlidar_common.errors import DeviceError, ParameterError, StoppedError
 from nodlidar_common.parameters import parameter
 from nodlidar_common.report import Report
+from nodlidar_common.ros import node as node_module
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.node import run
 import pytest
@@ -548,6 +549,19 @@ def test_a_node_that_is_told_to_end_answers_first(signals):
 
     assert run(Answering) == 0
     assert calls == [True, True, True]
+
+
+def test_a_node_whose_answer_never_comes_ends_all_the_same(signals, monkeypatch):
+    monkeypatch.setattr(node_module, 'ANSWERING_AT_END', 0.3)
+
+    class Answering(Node):
+        answering = True
+
+        def __init__(self):
+            super().__init__('answering')
+            self.create_timer(0.001, lambda: signal.raise_signal(signal.SIGTERM))
+
+    assert run(Answering) == 0
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 import errno
+import os
 import subprocess
 import sys
 
@@ -204,4 +205,10 @@ def test_a_missing_file_is_named(tmp_path):
 def test_a_file_of_pickles_is_not_run(tmp_path):
     np.savez(tmp_path / 'keyframes.npz', format=np.array([replace], dtype=object))
     with pytest.raises(SavedMapError):
+        load_keyframes(tmp_path / 'keyframes.npz')
+
+
+def test_a_pipe_in_the_place_of_a_map_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / 'keyframes.npz')
+    with pytest.raises(SavedMapError, match='is not a map: it is no file'):
         load_keyframes(tmp_path / 'keyframes.npz')

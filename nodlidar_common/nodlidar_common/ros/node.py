@@ -19,6 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 
 CHECK_PERIOD = 0.2  # s, between two checks whether to end
 ANSWERING = 0.3  # s, for which a node goes on when another one takes over
+ANSWERING_AT_END = 4.0  # s; ros2 launch ends a node by force 5 s after a Ctrl-C
 # Of names, parameters and QoS that a user gave to rclpy.
 _OF_ARGUMENTS = NameValidationException, ParameterException, RuntimeError
 
@@ -30,7 +31,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     by the node's own `survival` if it has one. A node with a `successor` that is not None goes on
     for a moment, to answer what was asked meanwhile, and is destroyed; the node that its successor
     makes takes over. After a signal, a node that is
-    `answering` a request goes on until it has.
+    `answering` a request goes on until it has, for ANSWERING_AT_END at most.
     """
     with _ending_signals() as received:
         try:
@@ -100,8 +101,9 @@ def _spin(node: Node, received: list[int]) -> None:
     ends_ns: int | None = None
     try:
         while rclpy.ok() and not (received and not getattr(node, 'answering', False)):
-            if ends_ns is None and _successor(node) is not None:
-                ends_ns = steady_ns() + round(ANSWERING * NS_PER_S)
+            if ends_ns is None and (received or _successor(node) is not None):
+                longest = ANSWERING_AT_END if received else ANSWERING
+                ends_ns = steady_ns() + round(longest * NS_PER_S)
             if getattr(node, 'failed', False) or (ends_ns is not None and steady_ns() > ends_ns):
                 return
             with survival.surviving():

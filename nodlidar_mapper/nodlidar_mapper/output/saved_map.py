@@ -75,6 +75,8 @@ def load_keyframes(path: Path) -> tuple[list[Keyframe], list[Edge]]:
     OSError
         With the path, if it cannot be read.
     """
+    if path.exists() and not path.is_file():  # reading a pipe might never end
+        raise SavedMapError(f"'{path}' is not a map: it is no file")
     try:
         with named(path), np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
