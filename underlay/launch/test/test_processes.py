@@ -172,6 +172,17 @@ def test_a_process_may_have_longer_to_end_than_the_others(launch, tmp_path, exit
     assert out.count("escalating to 'SIGTERM'") == 1
 
 
+def test_a_process_may_have_less_time_to_end_than_the_others(launch, tmp_path, exits):
+    soon = {'sigterm_timeout': '0.1', 'sigkill_timeout': '0.1'}
+    ready = f'until test -e {tmp_path}/1; do sleep 0.02; done'
+    launch(
+        configuration('sigterm_timeout', '3600'),
+        shell(f'trap "" INT TERM; touch {tmp_path}/1; {BUSY}', name='deaf', on_exit=exits, **soon),
+        shell(ready, on_exit=end_all),
+    )
+    assert exits == {'deaf': -signal.SIGKILL}
+
+
 def test_terminal_has_sent_the_interrupt_already(launch, exits):
     """With a terminal the processes get its Ctrl-C too, so none is sent from here."""
     timeout = configuration('sigterm_timeout', '0.1')

@@ -35,8 +35,8 @@ class ExecuteProcess(Action):
     on_exit
         Function of event and context, called when the process ended. It returns an action to
         visit, or None.
-    sigterm_timeout
-        Time until it gets SIGTERM [s], by default that of the launch.
+    sigterm_timeout, sigkill_timeout
+        Time until it gets SIGTERM, and from then to SIGKILL [s], by default those of the launch.
 
     """
 
@@ -49,6 +49,7 @@ class ExecuteProcess(Action):
         name: str | None = None,
         on_exit: Callable[[ProcessExited, LaunchContext], Action | None] = lambda *_: None,
         sigterm_timeout: str | None = None,
+        sigkill_timeout: str | None = None,
         **uncovered: Any,
     ) -> None:
         super().__init__(**uncovered)
@@ -58,7 +59,8 @@ class ExecuteProcess(Action):
         self._prefix = prefix
         self._name = name
         self._on_exit = on_exit
-        self._timeouts = {} if sigterm_timeout is None else {'sigterm_timeout': sigterm_timeout}
+        own = {'sigterm_timeout': sigterm_timeout, 'sigkill_timeout': sigkill_timeout}
+        self._timeouts = {name: value for name, value in own.items() if value is not None}
 
     def command(self, context: LaunchContext) -> list[str]:
         """Return the command line without the prefix."""

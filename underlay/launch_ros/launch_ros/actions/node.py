@@ -28,7 +28,7 @@ class Node(ExecuteProcess):
     exec_name
         Name of the process, by default that of the executable.
     options
-        As of ExecuteProcess: output, prefix, on_exit, sigterm_timeout.
+        As of ExecuteProcess: output, prefix, on_exit, sigterm_timeout, sigkill_timeout.
 
     """
 
