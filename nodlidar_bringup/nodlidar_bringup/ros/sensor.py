@@ -30,6 +30,10 @@ from nodlidar_bringup.ros.tied_node import tied_node
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.ldrobot import LD19
 
+# A device's node that hangs at a Ctrl-C is killed after 5 s, and its guard switches the device
+# off: after the one and then the other of these times [s], launch sends SIGTERM and SIGKILL.
+OF_A_DEVICE = {'sigterm_timeout': '3', 'sigkill_timeout': '2'}
+
 
 def end_all(event: Any, context: LaunchContext) -> Shutdown | None:
     """Shut down the launch when a process ends, unless it is shutting down already.
@@ -185,6 +189,7 @@ class Sensor:
             name='driver',
             parameters=[self.driver_file(), own],
             on_exit=end_all,
+            **OF_A_DEVICE,
         )
 
     def driver_file(self) -> str:
@@ -215,6 +220,7 @@ class Sensor:
             name='servo',
             parameters=[self.profile(), self.servo_file(), own],
             on_exit=end_all,
+            **OF_A_DEVICE,
         )
 
     def servo_file(self) -> str:
