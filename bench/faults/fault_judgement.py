@@ -19,7 +19,10 @@ from bench.faults.fault_truth import Truth
 CLOUD_LIMIT, STAMP_LIMIT = 0.010, 0.002  # [m], [s]
 WINDOW_NS = 1_000_000_000  # over which the rate of clouds is taken
 _NAMED_LATE_NS = 3_000_000_000  # after its end a fault may still be named
-_LOSSES = {'driver': re.compile(r'Scans (missed|dropped)'), 'assembler': re.compile('dropped: ')}
+_LOSSES = {
+    'driver': re.compile(r'Scans (missed|dropped)'),
+    'assembler': re.compile(r'(dropped: |lost before they arrived: scans)'),
+}
 
 
 @dataclass(frozen=True, slots=True)
