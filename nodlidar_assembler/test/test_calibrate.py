@@ -87,6 +87,12 @@ def test_values_and_parameters_are_the_same(way):
     }
 
 
+@pytest.mark.parametrize('seconds', ['0', 'inf', 'nan'])
+def test_a_recording_without_end_is_refused(capsys, seconds):
+    assert calibrate(['live', '--seconds', seconds]) == 2
+    assert "'--seconds' must be above 0 and at most 600 s" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('pitch', ['30', 'nan'])
 def test_degrees_and_what_is_no_angle_are_refused(capsys, pitch):
     assert calibrate(['live', '--mount-rpy', '0', pitch, '0']) == 2

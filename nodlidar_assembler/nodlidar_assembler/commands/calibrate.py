@@ -23,13 +23,14 @@ from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import JOINT_STATE, SCAN
 from nodlidar_common.command_line import LineParser
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.terminal import result_console
 from nodlidar_common.whole_file import check_writable, whole_file
 from rich.table import Table
 import yaml
 
 LIVE = 'live'
-SECONDS = 60.0
+SECONDS, LONGEST = 60.0, 600.0  # s
 # What each value is, its unit in the table, and how many of these it has.
 ROWS = {
     'delay': ('joint delay', 'ms', 1e3),
@@ -65,6 +66,8 @@ def main(argv: Sequence[str] | None) -> None:
         After --help, or with status 2 and a line on stderr for an invalid option.
     """
     arguments = _parse(argv)
+    if not 0.0 < arguments.seconds <= LONGEST:
+        raise ParameterError('--seconds', f'above 0 and at most {LONGEST:g} s', arguments.seconds)
     config = configuration(arguments.params, {})
     check_writable(arguments.output)
     if arguments.source == LIVE:
