@@ -5,6 +5,7 @@ import math
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
+from nodlidar_common.rounding import rounded_down, rounded_up
 
 REVERSAL_ACCELERATION = 200.0  # of an RX-24F, assumed [rad/s^2]
 
@@ -70,11 +71,12 @@ def check_nod(nod: Nod, lower: float, upper: float, dynamics: Dynamics) -> None:
         check_pitch(key, getattr(nod, key), (lower, upper))
     if nod.speed < dynamics.min_speed:
         longest = nod.span / dynamics.min_speed
-        limit = f'at most {longest:.4g} s, for the lowest speed of the servo'
+        limit = f'at most {rounded_down(longest)} s, for the lowest speed of the servo'
         raise ParameterError('sweep_duration', limit, nod.sweep_duration)
     speed = cruising_speed(nod, dynamics.acceleration)
     if speed > dynamics.max_speed:
-        limit = f'at least {shortest_sweep(nod.span, dynamics):.4g} s, the fastest of the servo'
+        shortest = rounded_up(shortest_sweep(nod.span, dynamics))
+        limit = f'at least {shortest} s, the fastest of the servo'
         raise ParameterError('sweep_duration', limit, nod.sweep_duration)
 
 

@@ -7,6 +7,7 @@ from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_common.dynamics import check_pitch
 from nodlidar_common.errors import NodlidarError, ParameterError
+from nodlidar_common.rounding import rounded_up
 from nodlidar_planner.choice.timing_error import completion_run
 from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
@@ -169,7 +170,7 @@ def _with_cells(task: Task, region: Region, config: NodConfig, step: float) -> T
     """Return the task with equally high rows of cells, each of whose columns has a beam."""
     for key, width in (('pitch_max', task.span), ('azimuth_max', 2.0 * task.azimuth)):
         if width < step:
-            limit = f'above {key[:-3]}min by at least {step:.4g} rad, a step of the lidar'
+            limit = f'above {key[:-3]}min by at least {rounded_up(step)} rad, a step of the lidar'
             raise ParameterError(key, limit, getattr(region, key))
     if region.cell:
         size, distance = 2.0 * math.sin(region.cell / 2.0), 1.0
@@ -199,7 +200,8 @@ def _without_sliver(task: Task, step: float) -> Task:
 
 def _too_small(region: Region, distance: float, step: float) -> ParameterError:
     if region.cell:
-        return ParameterError('cell', f'at least {step:.4g} rad, a step of the lidar', region.cell)
+        limit = f'at least {rounded_up(step)} rad, a step of the lidar'
+        return ParameterError('cell', limit, region.cell)
     least = 2.0 * distance * math.sin(step / 2.0)
-    limit = f'at least {least:.3g} m, a step of the lidar at {distance:g} m'
+    limit = f'at least {rounded_up(least)} m, a step of the lidar at {distance:g} m'
     return ParameterError('object_size', limit, region.object_size)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.rounding import rounded_down, rounded_up
 from nodlidar_planner.choice.plan import Progress
 from nodlidar_planner.choice.search import spread
 from nodlidar_planner.choice.timing_error import hole_under_error, late_reversals
@@ -22,7 +23,6 @@ from nodlidar_planner.holes.hole import (
     samples_taken,
 )
 from nodlidar_planner.pattern.pattern import Pattern
-from nodlidar_planner.pattern.rounding import rounded_down, rounded_up
 from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import Task
 import numpy as np

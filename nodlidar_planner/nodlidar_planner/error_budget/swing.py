@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.rounding import rounded_up
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,7 +29,9 @@ class Swing:
             raise ParameterError('speed', 'above 0 rad/s', self.speed)
         least = 2.0 * self.speed / self.sweep_duration
         if self.acceleration < least:
-            limit = f'at least {least:.4g} rad/s^2, for sweeps of {self.sweep_duration:.4g} s'
+            limit = (
+                f'at least {rounded_up(least)} rad/s^2, for sweeps of {self.sweep_duration:.4g} s'
+            )
             raise ParameterError('reversal_acceleration', limit, self.acceleration)
 
     @property

@@ -3,8 +3,8 @@
 import math
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.rounding import rounded_down, rounded_up
 from nodlidar_planner.pattern.pattern import MAX_SAMPLES_PER_SWEEP
-from nodlidar_planner.pattern.rounding import rounded_down, rounded_up
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray

@@ -9,6 +9,7 @@ from typing import Any
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, parameter
+from nodlidar_common.rounding import rounded_down
 from nodlidar_planner.choice.front import PATIENCE
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.error_budget.parameters import ErrorParameters, SERVO_ERRORS
@@ -110,8 +111,8 @@ class Request:
     plot: str | None = parameter(None, 'Draw into this .png, .pdf or .svg file')
     top: int | None = parameter(
         None,
-        'List this many plans, with a timing error no more than runs compared [default: 10; 1 '
-        'with --json]',
+        'List this many plans (with a timing error, at most as many as are simulated) [default: '
+        '10; 1 with --json]',
         minimum=1,
         maximum=10_000,
     )
@@ -141,7 +142,8 @@ class Request:
             return self.speed_max
         fastest = task.span / shortest_by_mean_speed(task.span, MAX_SPEEDS[self.servo])
         if self.speed_min is not None and self.speed_min > fastest:
-            limit = f'at most {fastest:.4g} rad/s, that of the servo, or speed_max given as well'
+            own = f'{rounded_down(fastest)} rad/s, that of the servo'
+            limit = f'at most {own}, or speed_max given as well'
             raise ParameterError('speed_min', limit, self.speed_min)
         return fastest
 

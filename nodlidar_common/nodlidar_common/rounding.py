@@ -1,4 +1,4 @@
-"""Limits in few digits, which the limit that they state allows."""
+"""Limits rounded to few digits so that the rounded value is still allowed."""
 
 from decimal import Context, ROUND_CEILING, ROUND_FLOOR
 
