@@ -233,6 +233,21 @@ def test_all_requests_that_come_at_once_are_answered(running, tmp_path, name):
     assert not mapper.answering
 
 
+def test_what_was_asked_for_is_done_although_the_node_ends(running, tmp_path):
+    robot, mapper, until = running
+    drive(running, 0, [np.eye(4)] * 3, [np.eye(4)] * 3)
+    go_on = threading.Event()
+    until(robot.requests['save_map'].service_is_ready)
+    until(lambda: not mapper.output._thread.busy)
+    mapper.output._thread.start(go_on.wait, lambda _: None)
+    for name in ('one', 'other'):
+        robot.requests['save_map'].call_async(MapFolder.Request(folder=str(tmp_path / name)))
+    until(lambda: len(mapper.output._requests) == 2)
+    go_on.set()
+    mapper.output.end()
+    assert {each.name for each in tmp_path.iterdir()} == {'one', 'other'}
+
+
 OVERRIDES = [
     word
     for name in ('map.publisher', 'pose.publisher', 'initialpose.subscription')

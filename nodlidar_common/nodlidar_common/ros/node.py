@@ -19,7 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 
 CHECK_PERIOD = 0.2  # s, between two checks whether to end
 ANSWERING = 0.3  # s, for which a node goes on when another one takes over
-ANSWERING_AT_END = 4.0  # s; ros2 launch ends a node by force 5 s after a Ctrl-C
+ANSWERING_AT_END = 8.0  # s; ros2 launch kills a node 10 s after a Ctrl-C
 # Of names, parameters and QoS that a user gave to rclpy.
 _OF_ARGUMENTS = NameValidationException, ParameterException, RuntimeError
 
@@ -29,9 +29,9 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
 
     An exception in a callback does not end the node: it is logged with its traceback and counted,
     by the node's own `survival` if it has one. A node with a `successor` that is not None goes on
-    for a moment, to answer what was asked meanwhile, and is destroyed; the node that its successor
-    makes takes over. After a signal, a node that is
-    `answering` a request goes on until it has, for ANSWERING_AT_END at most.
+    for ANSWERING, to answer what was asked meanwhile, and is destroyed; the node that its
+    successor makes takes over. After a signal, a node that is `answering` a request goes on until
+    it has, for ANSWERING_AT_END at most.
     """
     with _ending_signals() as received:
         try:

@@ -95,9 +95,13 @@ class MapOutput:
             self._draw(self.snapshot)
 
     def end(self) -> None:
-        """Save the map where save_folder wants it; wait for the thread."""
+        """Save the map where save_folder wants it; do what was asked for, too late to answer."""
         self._kept.end(self.snapshot)
         self._thread.end()
+        while self._requests:
+            attempt, _ = self._requests.popleft()
+            if isinstance(result := attempt(), Exception):
+                self._log.error(f'a request for a map failed: {in_words(result)}')
 
     def _draw(self, snapshot: MapSnapshot) -> None:
         """Publish the path and, if it has changed, the map."""

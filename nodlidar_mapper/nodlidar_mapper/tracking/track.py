@@ -32,9 +32,8 @@ UNSTEADY = 0.5  # share of the slip along the way that is not always alike; in t
 SLIPPERY = 2.0  # the same where wheels have slipped: they will again
 LEAST_ERROR = 0.002, 0.001  # error of odometry that does not grow with the motion [m], [rad]
 CERTAIN = np.diag([1e-10] * 6)  # covariance of what is not estimated [m^2], [rad^2]
-AFTER_JUMP = np.diag(
-    [0.2**2] * 3 + [0.1**2] * 3
-)  # covariance after a jump of odometry [m^2], [rad^2]
+# Covariance after a jump of odometry [m^2], [rad^2].
+AFTER_JUMP = np.diag([0.2**2] * 3 + [0.1**2] * 3)
 
 
 @dataclass(frozen=True)
