@@ -300,6 +300,24 @@ def test_a_node_that_stood_still_blames_no_clock_and_goes_on(robot, seconds):
     assert robot.refusals == []
 
 
+def test_a_node_that_often_stands_still_notices_that_joint_states_stop(robot, monkeypatch):
+    slow = (
+        'import time; from nodlidar_servo.ros import trajectory_node as module\n'
+        'class Slow(module.TrajectoryNode):\n'
+        '    def cycle(self):\n'
+        '        time.sleep(0.45)\n'
+        '        super().cycle()\n'
+        'module.TrajectoryNode = Slow; module.main()'
+    )
+    monkeypatch.setitem(globals(), 'MAIN', slow)
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.start_controller()
+    with running('autostart:=true', 'reconnect_delay:=0.1'):
+        robot.until(lambda: robot.statuses and robot.statuses[-1].following, 'does not follow')
+        robot.states_stop = True
+        robot.until(lambda: 'no joint states' in robot.message, 'not diagnosed')
+
+
 @pytest.mark.parametrize('late_s', [-3600, 2])
 def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())

@@ -79,6 +79,7 @@ class TrajectoryNode(NodNode):
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
         self._samples = JointSamples(self.config.dynamics)
         self._arrived_ns = self._cycled_ns = self._caught_up_ns = 0
+        self._heard = False  # since the last pause
         self._stamps = JointStamps(self.config.joint_timeout)
         self._is_moving = False
         self._off_nod = OffNod()
@@ -173,9 +174,11 @@ class TrajectoryNode(NodNode):
         Those that came meanwhile are late by no fault of a clock, and arrive one after the other.
         """
         before_ns, self._cycled_ns = self._cycled_ns, steady_ns()
-        if self._cycled_ns - before_ns > (_STOOD_STILL + 1.0 / self.config.send_rate) * NS_PER_S:
+        longest = _STOOD_STILL + 1.0 / self.config.send_rate
+        # Once: else a host that is always busy would never miss them.
+        if self._heard and self._cycled_ns - before_ns > longest * NS_PER_S:
             self._caught_up_ns = self._cycled_ns + round(_CATCHING_UP * NS_PER_S)
-            self._arrived_ns = self._cycled_ns
+            self._arrived_ns, self._heard = self._cycled_ns, False
 
     def _new_samples(self) -> list[JointSample]:
         """Return the measurements since the last call; the last one is kept."""
@@ -184,7 +187,7 @@ class TrajectoryNode(NodNode):
             sample = add_state(message, self.config.joint_name, self._samples, self._is_of_now)
             if sample is not None:
                 samples.append(sample)
-                self._arrived_ns = steady_ns()
+                self._arrived_ns, self._heard = steady_ns(), True
         return samples
 
     def _is_of_now(self, stamp_ns: int) -> bool:

@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
+from nodlidar_common.errors import DeviceError
 from nodlidar_common.parameters import check
-from nodlidar_servo.bus.replies import NoAnswerError, ReplyError
+from nodlidar_servo.bus.replies import NoAnswerError
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.setup.changes import Change, needed_changes, RETURN_LEVEL
 from nodlidar_servo.setup.condition import Condition
@@ -192,7 +193,7 @@ def _write(session: Session, changes: Sequence[Change]) -> None:
     try:
         session.write(changes)
     except BaseException:  # Ctrl-C, too
-        with suppress(ReplyError):  # what happened first says more
+        with suppress(DeviceError):  # what happened first says more
             session.torque_off()
         raise
     session.torque_off()
