@@ -87,7 +87,7 @@ def test_values_and_parameters_are_the_same(way):
     }
 
 
-@pytest.mark.parametrize('seconds', ['0', 'inf', 'nan'])
+@pytest.mark.parametrize('seconds', ['0', '601', 'inf', 'nan'])
 def test_a_recording_without_end_is_refused(capsys, seconds):
     assert calibrate(['live', '--seconds', seconds]) == 2
     assert "'--seconds' must be above 0 and at most 600 s" in capsys.readouterr().err

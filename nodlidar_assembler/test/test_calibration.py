@@ -342,5 +342,7 @@ def test_a_clock_that_was_set_while_recording_is_named_at_once():
     """From 1970, the track would have 10^12 positions."""
     early_ns = np.arange(0, 2 * NS_PER_S, NS_PER_S // 100)
     sample_ns = np.concatenate([early_ns, early_ns + 1_700_000_000 * NS_PER_S])
-    with pytest.raises(CalibrationError, match='joint states pause for 1699999998 s'):
+    with pytest.raises(
+        CalibrationError, match='joint states pause for 1699999998 s: none came, or the clock'
+    ):
         MeasuredBeams.of(SensorLog([], sample_ns, np.sin(sample_ns * 1e-9)))

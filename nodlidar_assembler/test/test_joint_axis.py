@@ -3,6 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.config import AssemblerConfig
+from nodlidar_common.dynamics import check_nod, Dynamics
 from nodlidar_common.nod import Nod
 import numpy as np
 import pytest
@@ -24,8 +25,21 @@ def test_a_position_is_a_pitch_with_the_zero_and_the_direction(way, position, pi
 
 
 def test_limits_of_the_position_are_limits_of_the_pitch():
-    assert axis('up', 0.1).pitches(-0.5, 0.8) == pytest.approx((-0.6, 0.7))
-    assert axis('down', 0.1).pitches(-0.5, 0.8) == pytest.approx((-0.7, 0.6))
+    assert axis('up', 0.0).pitches(-0.5, 0.8) == (-0.5, 0.8)
+    assert axis('up', 0.1).pitches(-0.5, 0.8) == pytest.approx((-0.6, 0.7), abs=2e-6)
+    assert axis('down', 0.1).pitches(-0.5, 0.8) == pytest.approx((-0.7, 0.6), abs=2e-6)
+
+
+@given(
+    way=st.sampled_from(['up', 'down']),
+    zero=st.floats(-1.0, 1.0),
+    low=st.floats(-1.5, -0.1),
+    high=st.floats(0.1, 1.5),
+)
+def test_a_nod_up_to_the_limits_of_the_mount_is_within_them(way, zero, low, high):
+    joint = axis(way, zero)
+    nod = joint.positions(Nod(*joint.pitches(low, high), 1.0, 4001, BEGIN_NS))
+    check_nod(nod, low, high, Dynamics(1e3, 1e-3, 100.0))
 
 
 @given(

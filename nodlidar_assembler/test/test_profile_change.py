@@ -1,8 +1,10 @@
 """Another profile while the assembler runs: a new node takes over, with what the user has set."""
 
 from node_bench import sensor_log, simulated
+from nodlidar_assembler.control.region_plan import RegionError
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.node import Assembler
+from nodlidar_msgs.action import ScanRegion
 from nodlidar_sim.world.scene import load_scene
 import pytest
 import rclpy
@@ -56,6 +58,26 @@ def test_the_nod_goes_on_without_waiting_for_a_scan(assembler):
     assert float(going_on.pitch(now_ns)) == pytest.approx(float(before.pitch(now_ns)), abs=0.005)
     assert float(going_on.velocity(now_ns)) == pytest.approx(float(before.velocity(now_ns)))
     node.destroy_node()
+
+
+def test_a_region_that_was_begun_meanwhile_does_not_keep_the_nod(assembler):
+    scan = sensor_log(simulated(load_scene('wall', ideal=True), 0.3)).scans[0]
+    assembler._nod.follow_lidar(scan)
+    assembler._region._begin(ScanRegion.Goal(pitch_min=-0.2, pitch_max=0.2, cell=0.1))
+    node = Assembler([], assembler._nod)
+    assert not node._nod.controller.taken_over
+    assert node._nod.commanded.pitch_max == pytest.approx(0.6136)
+    node.destroy_node()
+
+
+def test_no_region_is_begun_once_another_profile_is_chosen(assembler):
+    assembler._nod.follow_lidar(
+        sensor_log(simulated(load_scene('wall', ideal=True), 0.3)).scans[0]
+    )
+    assembler.set_parameters([Parameter('profile', value='slam')])
+    with pytest.raises(RegionError, match='another profile takes over'):
+        assembler._region._begin(ScanRegion.Goal(pitch_min=-0.2, pitch_max=0.2, cell=0.1))
+    assembler.destroy_node()
 
 
 def test_a_simulated_clock_that_was_chosen_while_it_ran_stays(assembler):

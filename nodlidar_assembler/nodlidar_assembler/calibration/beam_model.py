@@ -101,9 +101,11 @@ class JointTrack:
         pause_ns = int(np.diff(log.sample_ns).max(initial=0))
         if pause_ns > LONGEST_PAUSE_NS:
             raise CalibrationError(
-                f'joint states pause for {pause_ns / NS_PER_S:.0f} s, as if the clock was set: '
-                'record anew'
+                f'joint states pause for {pause_ns / NS_PER_S:.0f} s: none came, or the clock was '
+                'set; record anew, or cut the bag there'
             )
+        if not len(log.sample_ns):
+            raise CalibrationError('there are no joint states')
         config = EstimatorConfig(estimator='trajectory', max_joint_gap=max_gap)
         estimator = PitchEstimator(config)
         begin_ns, end_ns = int(log.sample_ns[0]), int(log.sample_ns[-1])

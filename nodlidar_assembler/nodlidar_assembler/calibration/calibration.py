@@ -1,6 +1,6 @@
 """Calibrates a nodding lidar from a static scene, by what must be flat.
 
-The way up and the way down see the same surfaces, so that a delay shows; planes that beams of many
+Upward and downward sweeps see the same surfaces, so that a delay shows; planes that beams of many
 azimuths and nod angles see must be flat, so that the mounting of the lidar shows. See
 docs/calibration.md for what a scene determines.
 """
@@ -171,7 +171,7 @@ def _solve(
         for _ in range(STEPS):
             solution = system.system.step(solution)
             if abs(solution.values.delay - start.delay) > _LARGEST_DELAY:
-                raise CalibrationError('the way up and the way down do not fit: what moves?')
+                raise CalibrationError('upward and downward sweeps do not fit: what moves?')
         if level is not None:
             level = level.narrower()
     return system.system.step(solution, with_errors=True), system

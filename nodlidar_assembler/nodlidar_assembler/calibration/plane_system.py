@@ -119,19 +119,19 @@ class PlaneSystem:
         bases, k = [_basis(plane.normal) for plane in before.planes], len(self.names)
         hats = _hats(self._beams, before.values)
         rows = self._rows(ends, before, bases, hats)
-        level_off, level_slopes, level_weight = self._level_rows(before, bases)
-        prior_off, prior = self._prior(before, hats)
+        level_residual, level_slopes, level_weight = self._level_rows(before, bases)
+        deviation, prior = self._prior(before, hats)
         of_others = prior + level_slopes.T @ (level_slopes * level_weight[:, None])
         normal = of_others + rows.relief.normal(rows.slopes, rows.weight)
         pull = rows.weight * rows.relief.without(rows.residual, rows.weight)
-        right = rows.slopes.T @ pull + prior @ prior_off
-        right += level_slopes.T @ (level_weight * level_off)
+        right = rows.slopes.T @ pull + prior @ deviation
+        right += level_slopes.T @ (level_weight * level_residual)
         inverse = inverse_of(normal)
         change = -inverse @ right
         errors = None
         if with_errors:
             scores = rows.slopes * pull[:, None]
-            level_scores = level_slopes * (level_weight * level_off)[:, None]
+            level_scores = level_slopes * (level_weight * level_residual)[:, None]
             spread = spread_of(scores, self._beams.scan) + level_scores.T @ level_scores + prior
             errors = standard_errors(_curvature(normal, of_others, rows), spread)[:k]
         after = self._moved(before, bases, change, errors)
@@ -217,9 +217,8 @@ class PlaneSystem:
         """Return each unknown minus its prior mean, where that is known, and the information."""
         planes = len(at.planes)
         deviation = np.zeros(self._first + _OF_PLANE * planes)
-        spread = np.ones(
-            len(deviation)
-        )  # of slopes and offsets: keeps a plane without weight in place
+        # Of slopes and offsets, it keeps a plane without weight in place.
+        spread = np.ones(len(deviation))
         for column, name in enumerate(self.names):
             deviation[column] = getattr(at.values, name) - getattr(self._expected, name)
         spread[: self._bends.start] = [BEFORE[name] for name in self.names]

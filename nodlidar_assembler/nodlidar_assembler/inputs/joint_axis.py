@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 
 from nodlidar_common.nod import Nod
 
+INSIDE = 1e-6  # rad, against rounding
+
 
 @dataclass(frozen=True, slots=True)
 class JointAxis:
@@ -29,9 +31,14 @@ class JointAxis:
         return self.sign * pitch + self.zero
 
     def pitches(self, lower: float, upper: float) -> tuple[float, float]:
-        """Return the lowest and the highest pitch between two positions [rad]."""
+        """Return the lowest and the highest pitch between two positions [rad].
+
+        Where they are converted, they are INSIDE, and stay so when they are converted back.
+        """
+        if self == UNCHANGED:
+            return lower, upper
         one, other = self.pitch(lower), self.pitch(upper)
-        return min(one, other), max(one, other)
+        return min(one, other) + INSIDE, max(one, other) - INSIDE
 
     def positions(self, nod: Nod) -> Nod:
         """Return a nod of the scan plane as one of the joint's positions."""
@@ -44,3 +51,6 @@ class JointAxis:
             pitch_max=max(ends),
             reference_time_ns=nod.reversal_time_ns(first),
         )
+
+
+UNCHANGED = JointAxis(1.0, 0.0)

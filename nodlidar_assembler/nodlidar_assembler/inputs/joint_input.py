@@ -26,12 +26,13 @@ class JointInputConfig(JointSamplesConfig):
     joint_positive: str = parameter(
         'up',
         'Direction in which the beams turn as the joint position rises: up (axis 0 -1 0, as in '
-        'nodlidar_bringup) or down (axis 0 1 0, as on many tilting lidars)',
+        'nodlidar_bringup) or down (axis 0 1 0, as on many tilting lidars); '
+        'the nod is commanded so, too',
         choices=('up', 'down'),
     )
     joint_zero: float = parameter(
         0.0,
-        'Joint position at pitch 0',
+        'Joint position at pitch 0; the nod is commanded so, too',
         unit='rad',
         minimum=-10.0,
         maximum=10.0,

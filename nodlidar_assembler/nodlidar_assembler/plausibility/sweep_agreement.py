@@ -1,9 +1,10 @@
-"""Whether the way up and the way down see the same: beams with wrong times move them apart.
+"""Whether upward and downward sweeps see the same: beams with wrong times move them apart.
 
 In a small cell of azimuth and pitch the range is about ``a + b phi + c theta``. A delay d of the
-joint states shifts phi by d times the speed, up on the way up and down on the way down. So with a
-term ``g speed`` fitted beside the others, ``d = g / b`` in every cell where the range depends on
-the pitch. Where people walk or the robot moves, cells disagree: their scatter is the error of d.
+joint states shifts phi by d times the speed, up in upward sweeps and down in downward ones. So
+with a term ``g speed`` fitted beside the others, ``d = g / b`` in every cell where the range
+depends on the pitch. Where people walk or the robot moves, cells disagree: their scatter is the
+error of d.
 
 If beams are not measured in the order or at the rate that their scan states, d also changes along
 the scan, by s for each second after the first beam. In the other order, s is -2.

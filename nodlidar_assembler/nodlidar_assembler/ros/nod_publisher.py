@@ -57,7 +57,6 @@ class NodPublisher:
         self.controller = NodController(config)
         self._last_scan_ns = 0  # steady clock, like the timer
         self._scan_clock = ScanClock()
-        self._warn_if_samples_repeat()
         self._commands = node.create_publisher(
             NodCommand, 'nod_command', 1, qos_overriding_options=OVERRIDABLE
         )
@@ -66,10 +65,15 @@ class NodPublisher:
         self._timer = create_steady_timer(
             node, _LATE / config.command_rate, survival.guarded(self._publish)
         )
-        if before is not None:
+        if before is None:
+            self._warn_if_samples_repeat()
+        else:
             self.controller, self._scan_clock = before.controller, before._scan_clock
             self._last_scan_ns = before._last_scan_ns
+            self.controller.give_back(self.now_ns())
             self.reconfigure(config)
+            if self.controller.command is not None:
+                self._warn_of_other_steps()
 
     def follow_lidar(self, scan: Scan) -> None:
         """Keep the nod phase-locked to the lidar; publish the first command at once."""

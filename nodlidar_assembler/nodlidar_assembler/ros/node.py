@@ -160,7 +160,7 @@ class Assembler(Node):
             self._scan_service.memory.restart()
         if self._nod is not None:
             self._nod.clock_was_set(step_ns)
-        self._region.end('the clock was set')  # gives the nod back in the new time
+        self._region.clock_was_set()  # gives the nod back in the new time
 
     def _scan_arrived(self, scan: Scan) -> None:
         """Keep the nod phase-locked to the lidar, before the scan waits for its bracket."""

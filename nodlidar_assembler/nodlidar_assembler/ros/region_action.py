@@ -112,6 +112,12 @@ class RegionAction:
             self._scan.end(message, self._nod.now_ns())
             self._check()
 
+    def clock_was_set(self) -> None:
+        """End the goal, if there is one, with its last beam: by the new time, it did not begin."""
+        if self._scan is not None:
+            self._scan.end('the clock was set', 0)
+            self._check()
+
     def _check(self) -> None:
         """Give the nod back as soon as the scan is over."""
         if self._scan is not None and self._scan.is_over and not self._over.done():
@@ -158,6 +164,8 @@ class RegionAction:
             raise RegionError('the nod is not commanded by this node: command_nod is false')
         if self._nod.silent:
             raise RegionError('no scans arrive')
+        if getattr(self._node, 'successor', None) is not None:
+            raise RegionError('another profile takes over')
         keys = Region.__dataclass_fields__
         region = Region(**{key: getattr(goal, key) for key in keys})
         view = self._nod.controller.view
