@@ -11,7 +11,7 @@ CLOUDS = 50  # two sweeps and more
 
 
 def assert_on_the_room(clouds, within):
-    """Clouds are nod_in_place, and on the room within an RMS distance [m]; return their points."""
+    """Clouds are nodded, and on the room within an RMS distance [m]; return their points."""
     points = np.concatenate(
         [point_cloud2.read_points_numpy(each, field_names=['x', 'y', 'z']) for each in clouds]
     ).astype(np.float64)

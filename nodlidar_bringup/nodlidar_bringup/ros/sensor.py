@@ -30,9 +30,9 @@ from nodlidar_bringup.ros.tied_node import tied_node
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.ldrobot import LD19
 
-# A device's node that hangs at a Ctrl-C is killed after 5 s, and its guard switches the device
-# off: after the one and then the other of these times [s], launch sends SIGTERM and SIGKILL.
-OF_A_DEVICE = {'sigterm_timeout': '3', 'sigkill_timeout': '2'}
+# Of a device's node that hangs at a Ctrl-C [s]: launch sends SIGTERM after the first one, and
+# SIGKILL after the second one; then the guard switches the device off.
+DEVICE_TIMEOUTS = {'sigterm_timeout': '3', 'sigkill_timeout': '2'}
 
 
 def end_all(event: Any, context: LaunchContext) -> Shutdown | None:
@@ -189,7 +189,7 @@ class Sensor:
             name='driver',
             parameters=[self.driver_file(), own],
             on_exit=end_all,
-            **OF_A_DEVICE,
+            **DEVICE_TIMEOUTS,
         )
 
     def driver_file(self) -> str:
@@ -220,7 +220,7 @@ class Sensor:
             name='servo',
             parameters=[self.profile(), self.servo_file(), own],
             on_exit=end_all,
-            **OF_A_DEVICE,
+            **DEVICE_TIMEOUTS,
         )
 
     def servo_file(self) -> str:

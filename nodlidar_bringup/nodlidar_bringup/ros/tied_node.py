@@ -59,9 +59,10 @@ def tied_node(context: LaunchContext, package: str, executable: str, **options: 
 def _end_at_shutdown(started: Any, context: LaunchContext) -> None:
     """Send a process SIGTERM when the launch shuts down, or now if it does already.
 
-    launch itself sends it 5 s later, and SIGINT at once. But a node that is starting ignores that,
-    and launch in a terminal leaves it to the terminal's Ctrl-C, which a process that starts just
-    after it has not heard. Such a node would start its device, and run until the 5 s are over.
+    launch itself sends it 5 s later, or 3 s to a device's node, and SIGINT at once. But a node
+    that is starting ignores that, and launch in a terminal leaves it to the terminal's Ctrl-C,
+    which a process that starts just after it has not heard. Such a node would start its device,
+    and run until then.
     """
     with suppress(OSError):  # the process has ended, or the kernel is older than 5.3
         process = os.pidfd_open(started.pid)  # its number may later be another process's
