@@ -191,10 +191,11 @@ class TrajectoryNode(NodNode):
         return samples
 
     def _is_of_now(self, stamp_ns: int) -> bool:
-        late = (self.now_ns() - stamp_ns) / NS_PER_S
+        now_ns = self.now_ns()
+        late = (now_ns - stamp_ns) / NS_PER_S
         if steady_ns() < self._caught_up_ns and late > self.config.joint_timeout:
             return False
-        return self._stamps.believe(stamp_ns, self.now_ns())
+        return self._stamps.believe(stamp_ns, now_ns)
 
     def _progress(self, tracker: NodTracker) -> NodProgress:
         speed = cruising_speed(tracker.nod, self.config.acceleration)
