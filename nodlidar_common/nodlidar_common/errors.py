@@ -44,4 +44,4 @@ class StoppedError(DeviceError):
 
 
 class PortError(DeviceError):
-    """A serial port that cannot be opened or was unplugged."""
+    """A serial port or connection that cannot be opened, or went away."""

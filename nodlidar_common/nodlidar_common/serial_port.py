@@ -97,7 +97,7 @@ class _PortErrors:
 
     def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
         if isinstance(error, (OSError, termios.error)):
-            raise PortError(f'the serial port went away: {error}') from error
+            raise PortError(f'the device went away: {error}') from error
 
 
 _PORT_ERRORS = _PortErrors()

@@ -105,7 +105,7 @@ def test_port_errors_are_device_errors():
     'error', [OSError(5, 'gone'), SerialException('gone'), termios.error(5, 'gone')]
 )
 def test_what_a_port_that_went_away_raises_is_a_port_error(error):
-    with pytest.raises(PortError, match=r'the serial port went away: .*gone'), port_errors():
+    with pytest.raises(PortError, match=r'the device went away: .*gone'), port_errors():
         raise error
 
 
