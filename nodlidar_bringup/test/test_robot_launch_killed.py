@@ -54,6 +54,24 @@ def test_a_kill_ends_all_nodes_with_torque_and_laser_off(tmp_path, victim):
         assert not left
 
 
+def test_devices_of_nodes_that_are_stopped_are_off_until_these_go_on(tmp_path):
+    devices = make_devices(load_scene('wall', ideal=True), time.time_ns(), seed=0)
+    links = {name: tmp_path / name for name in devices}
+    lidar, servo = devices['lidar'].sensor, devices['servo'].table
+    ports = [f'{name}_port:={link}' for name, link in links.items()]
+    with (
+        PseudoTerminals(devices, links),
+        launched_sensor(tmp_path / 'launch.log', 'hardware:=real', *ports) as running,
+    ):
+        wait_until(lambda: lidar.laser and servo[TORQUE_ENABLE], 'it does not nod')
+        os.killpg(running.process.pid, signal.SIGSTOP)  # as Ctrl-Z
+        wait_until(lambda: not lidar.laser, 'the laser is on')
+        wait_until(lambda: not servo[TORQUE_ENABLE], 'the torque is on')
+        os.killpg(running.process.pid, signal.SIGCONT)
+        wait_until(lambda: lidar.laser, 'the laser is off')
+        wait_until(lambda: servo[TORQUE_ENABLE], 'the torque is off')
+
+
 LAUNCHER = """
 import pathlib, sys, time
 from nodlidar_bringup.ros.launched import launched_sensor

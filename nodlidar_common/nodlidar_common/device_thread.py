@@ -77,7 +77,9 @@ class DeviceThread:
             self._thread = None
 
     def keep_going(self) -> bool:
-        """Return whether the thread continues; long waits check it now and then."""
+        """Return whether the thread continues; checked once a second at least, which it shows."""
+        if self._guard is not None:
+            self._guard.beat()
         return not self._stop.is_set()
 
     def open_port(self, timeout: float, stop: StopRequest | None = None) -> OpenPort:

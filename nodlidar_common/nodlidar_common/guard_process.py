@@ -3,7 +3,9 @@
 It runs by its path and imports little, so that it starts fast and stays small.
 """
 
+from collections.abc import Callable
 from contextlib import suppress
+import math
 import os
 import re
 import select
@@ -13,6 +15,7 @@ import time
 
 READY = b'ready'
 DISMISSED = b'dismissed'
+BEAT = b'.'
 ATTEMPTS = 10
 # s; longer than a rotation of most lidars, which answer once in each; slower ones answer a later
 # request
@@ -22,6 +25,7 @@ LAUNCH = 'NODLIDAR_LAUNCH'
 
 LONGEST_ATTEMPT = 10.0  # s for which a guard tries to reach a device that does not answer
 LONGEST_END = 3.0  # s that a node has to end after its launch has ended
+LONGEST_STANDSTILL = 3.0  # s for which a node may not show that it goes on
 _LONGEST_ANSWER = 4096
 
 
@@ -61,38 +65,63 @@ def _is_confirmed(port: int, confirmation: bytes) -> bool:
     return False
 
 
-def _kill_without_launch(node: int) -> None:
-    """Return when the node has ended; kill it if it does not end although its launch has.
+def _wait_for_end(node: int, off: Callable[[], bool]) -> bytes:
+    """Return the last bytes of standard input, when the node has ended.
 
-    The kernel sends it SIGTERM then. A node that is stopped, or hangs, does not react.
+    A node that has shown that it goes on, and shows it no more, stands still: its device is
+    switched off until it is confirmed. A node that does not end although its launch has is killed:
+    the kernel sends it SIGTERM then, to which one that is stopped, or hangs, does not react.
     """
-    with suppress(OSError):  # on a kernel before 5.3
-        launch = os.pidfd_open(int(os.environ[LAUNCH]))
-        ended = select.select([sys.stdin, launch], [], [])[0]
-        if sys.stdin not in ended and not select.select([sys.stdin], [], [], LONGEST_END)[0]:
+    last, is_off, launch, ends = b'', False, _launch(), math.inf
+    while True:
+        longest = math.inf if is_off or not last else LONGEST_STANDSTILL
+        wait = min(longest, max(ends - time.monotonic(), 0.0))
+        inputs = [0] if launch is None else [0, launch]
+        ready = select.select(inputs, [], [], None if wait == math.inf else wait)[0]
+        if 0 in ready:
+            data = os.read(0, _LONGEST_ANSWER)
+            if not data:
+                return last
+            last, is_off = (last + data)[-len(DISMISSED) :], False
+        elif ready:
+            launch, ends = None, time.monotonic() + LONGEST_END
+        elif time.monotonic() >= ends:
             os.kill(node, signal.SIGKILL)
+            ends = math.inf
+        else:
+            is_off = off()
+
+
+def _launch() -> int | None:
+    """Return a file descriptor of the launch; None without one, or on a kernel before 5.3."""
+    with suppress(KeyError, OSError):
+        return os.pidfd_open(int(os.environ[LAUNCH]))
+    return None
 
 
 def main(port: str, device: str, request: str, confirmation: str) -> None:
     """Wait for the end of standard input, then switch the device off unless dismissed."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
+
+    def off(why: str, duration: float) -> bool:
+        end, is_off = time.monotonic() + duration, False
+        try:
+            while not is_off and time.monotonic() < end:
+                is_off = switch_off(int(port), bytes.fromhex(request), bytes.fromhex(confirmation))
+            result = 'is off now' if is_off else 'did not confirm that it is off'
+        except OSError as error:
+            result, is_off = f'could not be reached: {error}', True
+        print(f'{why}: the {device} {result}', file=sys.stderr)
+        return is_off
+
     node = os.getppid()
     sys.stdout.buffer.write(READY)
     sys.stdout.close()
     os.close(1)
-    if LAUNCH in os.environ:
-        _kill_without_launch(node)
-    if sys.stdin.buffer.read() == DISMISSED:
-        return
-    try:
-        end, is_off = time.monotonic() + LONGEST_ATTEMPT, False
-        while not is_off and time.monotonic() < end:
-            is_off = switch_off(int(port), bytes.fromhex(request), bytes.fromhex(confirmation))
-        result = 'is off now' if is_off else 'did not confirm that it is off'
-    except OSError as error:
-        result = f'could not be reached: {error}'
-    print(f'the node ended before the {device} was off: the {device} {result}', file=sys.stderr)
+    last = _wait_for_end(node, lambda: off('the node stands still', LONGEST_STANDSTILL))
+    if last != DISMISSED:
+        off(f'the node ended before the {device} was off', LONGEST_ATTEMPT)
 
 
 if __name__ == '__main__':

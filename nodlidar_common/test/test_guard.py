@@ -103,6 +103,21 @@ def test_a_node_that_is_stopped_is_killed_when_its_launch_has_ended(device, laun
     assert node.wait(LONGEST) == -signal.SIGKILL
 
 
+def test_a_node_that_is_stopped_has_its_device_switched_off_each_time(device, node):
+    for _ in range(2):
+        order(node, 'guard.beat(); print(flush=True)')
+        node.stdout.readline()
+        node.send_signal(signal.SIGSTOP)
+        device.received = b''
+        device.wait_for(b'OFFOFF')
+        os.write(device.master, b'OK')
+        assert node.stderr.readline() == 'the node stands still: the motor is off now\n'
+        node.send_signal(signal.SIGCONT)
+    order(node, 'guard.dismiss(); sys.exit()')
+    assert node.wait(LONGEST) == 0
+    assert node.stderr.read() == ''
+
+
 def test_a_node_that_ends_with_its_launch_is_not_killed(device, launch, node):
     launch.kill()
     order(node, 'guard.dismiss()')
