@@ -13,6 +13,7 @@ from nodlidar_sim.devices.device import Device
 from nodlidar_sim.ports.terminal import Terminal
 
 _STOPPING_PERIOD = 0.005  # at which a stopping thread checks whether hosts are gone [s]
+_WAKING_PERIOD = 0.5  # of a waiting main thread [s]
 
 
 class HostClock:
@@ -126,8 +127,12 @@ class PseudoTerminals:
         return self._thread.is_alive()
 
     def wait(self) -> None:
-        """Wait until the thread ends: after `stop`, or after an error, which the exit raises."""
-        self._thread.join()
+        """Wait until the thread ends: after `stop`, or after an error, which the exit raises.
+
+        The kernel may give a signal to the thread; the handler runs once the main thread wakes up.
+        """
+        while self.running():
+            self._thread.join(_WAKING_PERIOD)
 
     def _wake_up(self) -> None:
         os.eventfd_write(self._wake, 1)
