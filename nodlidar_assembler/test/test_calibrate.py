@@ -53,6 +53,17 @@ def test_a_robot_that_moves_is_named(tmp_path, capsys):
     assert 'the robot moves in this recording, by 0.1' in capsys.readouterr().err
 
 
+def test_scans_that_are_left_out_are_counted(tmp_path, capsys):
+    """Two of ten, which a delay of 0.3 s puts before 1970."""
+    scene = load_scene('room', ideal=True).with_velocity((0.1, 0.0))
+    write_bag(simulate(scene, NOD, 1.0, start_ns=10**8), tmp_path / 'bag')
+    params, output = tmp_path / 'params.yaml', tmp_path / 'found.yaml'
+    params.write_text('/**: {ros__parameters: {scan_delay: 0.3}}')
+    command = [str(tmp_path / 'bag'), '--params', str(params), '--output', str(output)]
+    assert calibrate(command) == 1  # the robot moves
+    assert 'dropped: 2 stamp must be after 1970' in capsys.readouterr().err
+
+
 def test_a_result_that_cannot_be_written_is_refused_before_the_work(tmp_path, capsys):
     """The bag does not exist either, which would be named if it was read first."""
     assert calibrate(['nowhere', '--output', str(tmp_path / 'new' / 'found.yaml')]) == 1
