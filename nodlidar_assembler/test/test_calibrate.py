@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 import math
+import re
 
 from nodlidar_assembler.calibration.recorded import parameters, start_values
 from nodlidar_assembler.commands.entry_points import calibrate
@@ -52,6 +53,17 @@ def test_a_robot_that_moves_is_named(tmp_path, capsys):
     assert 'the robot moves in this recording, by 0.1' in capsys.readouterr().err
 
 
+def test_scans_that_are_left_out_are_counted(tmp_path, capsys):
+    """Two of ten, which a delay of 0.3 s puts before 1970."""
+    scene = load_scene('room', ideal=True).with_velocity((0.1, 0.0))
+    write_bag(simulate(scene, NOD, 1.0, start_ns=10**8), tmp_path / 'bag')
+    params, output = tmp_path / 'params.yaml', tmp_path / 'found.yaml'
+    params.write_text('/**: {ros__parameters: {scan_delay: 0.3}}')
+    command = [str(tmp_path / 'bag'), '--params', str(params), '--output', str(output)]
+    assert calibrate(command) == 1  # the robot moves
+    assert 'dropped: 2 stamp must be after 1970' in capsys.readouterr().err
+
+
 def test_a_result_that_cannot_be_written_is_refused_before_the_work(tmp_path, capsys):
     """The bag does not exist either, which would be named if it was read first."""
     assert calibrate(['nowhere', '--output', str(tmp_path / 'new' / 'found.yaml')]) == 1
@@ -68,6 +80,21 @@ def test_a_topic_that_a_bag_lacks_is_named_with_those_that_it_has(tmp_path, caps
     write_bag(seen, tmp_path / 'bag')
     assert calibrate([str(tmp_path / 'bag'), '--scan', 'front']) == 1
     assert 'has no topic /front; it has /joint_states' in capsys.readouterr().err
+
+
+def test_why_nothing_of_a_bag_can_be_used_is_said(tmp_path, capsys):
+    """Scans that a delay puts before 1970, and joint states without a position."""
+    seen = simulate(load_scene('room', ideal=True), NOD, 0.5, start_ns=10**8)
+    params, unmeasured = tmp_path / 'params.yaml', np.full_like(seen.joint_position, np.nan)
+    for delay, recording, said in (
+        ('1.0', seen, 'no usable scan: 5 stamp must be after 1970'),
+        ('0.0', replace(seen, joint_position=unmeasured), 'too few joint states: .* position'),
+    ):
+        params.write_text(f'/**: {{ros__parameters: {{scan_delay: {delay}}}}}')
+        write_bag(recording, tmp_path / delay)
+        command = [str(tmp_path / delay), '--params', str(params)]
+        assert calibrate([*command, '--output', str(tmp_path / 'found.yaml')]) == 1
+        assert re.search(said, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize('way', ['up', 'down'])

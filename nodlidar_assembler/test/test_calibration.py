@@ -294,8 +294,10 @@ def test_an_encoder_is_not_called_perfect_for_want_of_evidence(beams):
 
 def test_too_few_beams_are_refused(beams):
     """With a typed error that says how many there are."""
-    with pytest.raises(CalibrationError, match='only 100 beams'):
-        calibrate(beams[5000:5100], Values.of_laser(LaserPoseConfig()), UP)
+    few, late = beams[5000:5100], replace(beams, time=beams.time + 1e3)
+    for each, said in ((few, '100 of 100'), (late, f'0 of {len(beams)}')):
+        with pytest.raises(CalibrationError, match=f'only {said} ranges .* 2000 are needed'):
+            calibrate(each, Values.of_laser(LaserPoseConfig()), UP)
 
 
 def test_joint_states_may_be_as_far_apart_as_is_said():

@@ -183,8 +183,8 @@ def calibrated(values: Mapping[str, str]) -> dict[str, str]:
     check_parameter_file('calibration', file, namespace)
     found = file_values([file], full_name(namespace, 'assembler'), LaserPoseConfig)
     check_parameters(replace(LaserPoseConfig(), **found))
-    texts = {name: ' '.join(map(str, numbers)) for name, numbers in found.items()}
-    return {**values, **texts}
+    places = found.keys() & _PLACES  # the other values are no arguments: the assembler reads them
+    return {**values, **{name: ' '.join(map(str, found[name])) for name in places}}
 
 
 def servo_config(

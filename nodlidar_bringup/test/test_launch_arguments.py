@@ -1,10 +1,13 @@
 """The checks of the launch arguments, without a launch."""
 
 from contextlib import nullcontext
-from dataclasses import fields
+from dataclasses import fields, replace
 import math
 from pathlib import Path
 
+from nodlidar_assembler.calibration.calibration import Calibration
+from nodlidar_assembler.calibration.recorded import start_values
+from nodlidar_assembler.commands.calibrate import write
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig
 from nodlidar_bringup.argument_values import (
@@ -359,13 +362,15 @@ def test_a_robot_model_is_made_or_what_is_wrong_with_it_is_told(tmp_path):
 
 
 def test_a_calibration_sets_the_place_of_the_lidar(values, tmp_path):
-    path = tmp_path / 'calibration.yaml'
-    text = 'laser_xyz: [0.005, 0.0, 0.085], laser_rpy: [0.01, 0.0, 0.02], joint_delay: 0.008'
-    path.write_text(f'/**: {{ros__parameters: {{{text}}}}}\n')
-    found = calibrated(values | {'calibration': str(path)})
-    assert numbers('laser_xyz', found['laser_xyz']) == [0.005, 0.0, 0.085]
-    assert numbers('laser_rpy', found['laser_rpy']) == [0.01, 0.0, 0.02]
-    check(found)
+    path, config = tmp_path / 'calibration.yaml', AssemblerConfig()
+    start = start_values(config)
+    found = replace(start, x=0.005, z=0.085, roll=0.01, yaw=0.02, delay=0.008, elevation=0.003)
+    write(path, Calibration(start, found, {}, {}, 0.03, 0.02, 5), config)
+    changed = calibrated(values | {'calibration': str(path)})
+    assert numbers('laser_xyz', changed['laser_xyz']) == [0.005, 0.0, 0.085]
+    assert numbers('laser_rpy', changed['laser_rpy']) == [0.01, 0.0, 0.02]
+    assert changed.keys() == values.keys()
+    check(changed)
     assert calibrated(values) == values
 
 

@@ -83,7 +83,7 @@ def _connected(url: str, timeout: float | None) -> TcpPort:
     """Return a connection to ``tcp://ADDRESS:PORT``; trying takes up to LONGEST_CONNECTING."""
     address = url.removeprefix(TCP).rstrip(':')
     try:
-        port = '' if urlsplit(url).port else f':{TCP_PORT}'
+        port = f':{TCP_PORT}' if urlsplit(url).port is None else ''
         return TcpPort(f'socket://{address}{port}', timeout=timeout)
     except (OSError, ValueError) as error:
         raise PortError(f"cannot connect to '{url}': {error}") from error

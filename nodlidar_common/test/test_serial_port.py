@@ -65,6 +65,7 @@ def test_an_address_that_is_taken_for_a_file_is_told_how_to_be_written(address):
         ('tcp://[::1]', ''),
         ('tcp://127.0.0.1:99999', 'Port out of range'),
         ('tcp://127.0.0.1:', 'refused'),
+        ('tcp://127.0.0.1:0', r'socket://127\.0\.0\.1:0: '),
     ],
 )
 def test_an_address_that_nobody_answers_at_is_told_with_the_reason(address, reason):

@@ -197,6 +197,14 @@ def test_arrays_of_values_that_no_map_has_are_refused(saved, tmp_path, name, spo
         load_keyframes(path)
 
 
+@pytest.mark.parametrize('left', [0, 1])
+def test_keyframes_that_no_edge_leads_to_are_refused(mapper, tmp_path, left):
+    path = tmp_path / 'keyframes.npz'
+    save_keyframes(path, mapper.keyframes, mapper.edges[:left])
+    with pytest.raises(SavedMapError, match='is not a map: edges do not join all keyframes'):
+        load_keyframes(path)
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(OSError, match=r'keyframes\.npz'):
         load_keyframes(tmp_path / 'keyframes.npz')

@@ -16,7 +16,7 @@ class HeightColours:
     """Colours by height, from the lowest to the highest of the points."""
 
     def __init__(self) -> None:
-        self._low, self._high = np.inf, -np.inf
+        self._low, self._high = 0.0, LEAST_RANGE
 
     def fit(self, heights: NDArray[np.float32]) -> bool:
         """Adapt to heights [m], shape (n,); return whether the colours are others now."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 STEP = np.radians(1.5)  # side of a cell [rad]
-HIGHEST = np.radians(60.0)  # elevation at the top of the picture
+HIGHEST = np.radians(60.0)  # elevation at the top of the picture; what is beyond is not in it
 SPAN_NS = 10 * NS_PER_S  # for which a direction counts as seen
 _COLUMNS, _ROWS = round(2.0 * np.pi / STEP), round(2.0 * HIGHEST / STEP)
 _UNSEEN, _OLD, _NEW = np.array([[60, 20, 30], [40, 90, 60], [120, 255, 160]])
@@ -29,8 +29,9 @@ class Directions:
         azimuth = np.arctan2(points[:, 1], points[:, 0])
         elevation = np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1]))
         column = np.minimum(((np.pi - azimuth) / STEP).astype(np.intp), _COLUMNS - 1)
-        row = np.clip(((HIGHEST - elevation) / STEP).astype(np.intp), 0, _ROWS - 1)
-        self._seen.append((stamp_ns, np.unique(row * _COLUMNS + column)))
+        row = np.floor((HIGHEST - elevation) / STEP).astype(np.intp)
+        within = (row >= 0) & (row < _ROWS)
+        self._seen.append((stamp_ns, np.unique((row * _COLUMNS + column)[within])))
         while stamp_ns - self._seen[0][0] > SPAN_NS:
             self._seen.popleft()
 

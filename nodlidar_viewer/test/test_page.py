@@ -71,6 +71,16 @@ def test_a_cloud_is_drawn_chunk_by_chunk(page):
         browser.until(lambda: kept <= {m['name'] for m in browser.of('RemoveSceneNodeMessage')})
 
 
+def test_the_first_cloud_may_be_empty(page):
+    recent = RecentPoints(2500)
+    with browsing(page.address) as browser:
+        browser.until(page.opened.is_set)
+        for size in (0, 100):
+            recent.add(size, np.full((size, 3), 9.0, dtype=np.float32))
+            page.scene.show_cloud(recent.chunks)
+        browser.until(lambda: any(len(m['props']['points']) for m in browser.of(CLOUD)))
+
+
 def test_names_of_clouds_are_used_again(page):
     """The server keeps a message for each name that was removed while a browser looks."""
     recent, names = RecentPoints(2500), []

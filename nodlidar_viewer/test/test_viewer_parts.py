@@ -77,8 +77,9 @@ def test_colours_stay_until_heights_move():
 
 def test_directions_lie_where_the_points_are():
     directions = Directions()
-    points = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 1.0]], dtype=np.float32)
-    directions.add(0, points)
+    beyond = [[1.0, 0.0, 1.75], [1.0, 0.0, -9.0]]  # elevations of 60.3 and -84 degrees
+    points = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 1.0], *beyond]
+    directions.add(0, np.array(points, dtype=np.float32))
     picture = directions.picture()
     rows, columns, _ = picture.shape
     middle, left, right = columns // 2, columns // 4, 3 * columns // 4

@@ -102,10 +102,12 @@ def calibrate(
     CalibrationError
         If there are too few beams, or no planes.
     """
-    beams = beams[_within_joint_states(beams, start)]
+    measured, beams = len(beams), beams[_within_joint_states(beams, start)]
     if len(beams) < _LEAST_BEAMS:
-        count = f'only {len(beams)} beams'
-        raise CalibrationError(f'{count} between joint states that are close enough in time')
+        raise CalibrationError(
+            f'only {len(beams)} of {measured} ranges were measured between joint states that are '
+            f'close enough in time; {_LEAST_BEAMS} are needed'
+        )
     level = _level(up)
     names = tuple(name for name in wanted if name != 'zero' or level is not None)
     undetermined: dict[str, str] = {}

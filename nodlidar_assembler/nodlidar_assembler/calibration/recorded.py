@@ -30,12 +30,14 @@ class Recorder(LogGatherer):
         super().__init__(replace(config, joint_delay=0.0, joint_zero=0.0, range_offset=0.0))
 
     def log(self) -> SensorLog:
-        """Return what was gathered; raises CalibrationError if either is missing."""
+        """Return what was gathered; raises CalibrationError if too little can be used."""
+        refused = ', '.join(f'{count} {reason}' for reason, count in self.drops.items())
         if not self.scans:
-            raise CalibrationError('no scan was received')
+            raise CalibrationError(f'no usable scan: {refused}' if refused else 'no scan came')
         log = super().log()
         if len(log.sample_ns) < 2:
-            raise CalibrationError(self.joint.missing_input or 'too few joint states')
+            why = self.joint.missing_input or refused
+            raise CalibrationError('too few joint states' + (f': {why}' if why else ''))
         return log
 
 

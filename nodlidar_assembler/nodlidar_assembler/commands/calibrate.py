@@ -77,8 +77,9 @@ def main(argv: Sequence[str] | None) -> None:
         log, config = record(config if arguments.params else None, *topics, arguments.seconds)
     else:
         log = log_of_bag(Path(arguments.source), config, topics_of(arguments))
-        for damage in log.damage:
-            print(damage, file=sys.stderr)
+    unused = [f'dropped: {count} {reason}' for reason, count in log.drops.items()]
+    for line in (*log.damage, *unused):
+        print(line, file=sys.stderr)
     require_standing(log)
     tilt = arguments.mount_rpy[:2] if arguments.mount_rpy else config.mount_tilt
     up = None if arguments.not_level else BandConfig(mount_tilt=tilt).levelled[2]

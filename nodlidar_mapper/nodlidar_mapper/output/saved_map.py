@@ -13,6 +13,8 @@ from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
 KEYFRAMES = 'keyframes.npz'  # name of the file
 FORMAT = 1
@@ -147,3 +149,7 @@ def _check_values(arrays: dict[str, NDArray[Any]]) -> None:
     least = np.linalg.eigvalsh(information)[:, 0]
     if (np.maximum(skew, -least) > ROUNDING * largest).any():
         raise ValueError('information is not symmetric and positive')
+    count = len(arrays['stamp_ns'])
+    joins = csr_matrix((np.ones(len(ends)), (*ends.T,)), shape=(count, count))
+    if connected_components(joins, directed=False, return_labels=False) > 1:
+        raise ValueError('edges do not join all keyframes')
