@@ -152,6 +152,12 @@ def _synchronise(clock: str) -> str:
     )
 
 
+def stands_still(content: Content) -> bool:
+    """Return whether the joint has positions, but hardly moves."""
+    positions = [each for each in content.positions if math.isfinite(each)]
+    return bool(positions) and max(positions) - min(positions) < LEAST_NOD
+
+
 def check_content(content: Content) -> list[Finding]:
     """Return what is wrong with what scans and joint states say."""
     findings = []
@@ -169,7 +175,7 @@ def check_content(content: Content) -> list[Finding]:
         text = f"joint_states have no position of '{content.joint_name}'"
         remedy = 'publish the measured position of each joint in the order of the names'
         findings.append(fault('no joint position', text, remedy))
-    if positions and max(positions) - min(positions) < LEAST_NOD:
+    if stands_still(content):
         text = f'the joint stands still at {positions[-1]:.3f} rad'
         remedy = (
             f'ros2 topic echo --once {content.namespace}/servo/status, and /diagnostics: torque, '

@@ -29,7 +29,7 @@ from nodlidar_bringup.checks.ports import (
     ServoSettings,
 )
 from nodlidar_bringup.checks.report import Section
-from nodlidar_bringup.checks.traffic import check_content, check_traffic
+from nodlidar_bringup.checks.traffic import check_content, check_traffic, stands_still
 from nodlidar_bringup.checks.transforms import check_frames, Frames
 from nodlidar_bringup.ros.discovery import announce_often
 from nodlidar_bringup.ros.node_settings import inactive, mute, settings_of
@@ -137,7 +137,7 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
             Section('nodes', check_graph(graph)),
             Section('messages', _of_messages(watch, lasts, prefix, _stamped_by_clock(graph))),
             Section('transforms', check_frames(frames)),
-            Section('mount', _of_mount(watch, frames)),
+            Section('mount', _of_mount(watch, frames, prefix)),
             Section('diagnostics', check_diagnostics(watch.statuses, space)),
         ],
         settings,
@@ -223,8 +223,13 @@ def _position(transform: Any) -> tuple[float, float, float]:
     return (place.x, place.y, place.z)
 
 
-def _of_mount(watch: SystemWatch, frames: Frames) -> list[Finding]:
-    """Return what the cloud says of the mount; nothing if TF lacks it or turns the lidar."""
+def _of_mount(watch: SystemWatch, frames: Frames, prefix: str) -> list[Finding]:
+    """Return what the cloud says of the mount; nothing if TF lacks it or turns the lidar.
+
+    Nor if the joint stands still: in a single plane, upright walls are not told from leaning ones.
+    """
+    if stands_still(watch.content(f'{prefix}{JOINT}')):
+        return []
     base, _, laser = frames.needed
     mount, lidar = watch.transforms.get(base), watch.transforms.get(laser)
     if mount is None or lidar is None or abs(lidar.rotation.w) < math.cos(0.05):
