@@ -59,10 +59,12 @@ def test_a_region_straight_behind_has_as_many_cells_as_one_ahead(half):
         ({'object_size': 0.01, 'object_distance': 2.0}, 'object_size', 'a step of the lidar'),
         ({'object_size': 0.5, 'object_distance': 0.1}, 'object_size', 'at most twice'),
         ({'cell': 0.005}, 'cell', 'at least 0.006136 rad'),
+        ({'cell': 1e-6}, 'cell', 'at least 0.006136 rad'),
         ({'cell': 3.0}, 'cell', 'at most 1 rad'),
         ({'cell': -0.1}, 'cell', 'at least 0'),
         ({'time_limit': 601.0}, 'time_limit', 'at most 600 s'),
         ({'object_distance': math.nan}, 'object_distance', 'finite'),
+        ({'object_distance': 1e30}, 'object_distance', 'between 0.001 and'),
         ({'pitch_max': math.inf}, 'pitch_max', 'finite'),
     ],
 )

@@ -87,6 +87,9 @@ def without(frame):
         graph(),
         graph(on_sim_time=('/driver',), clock=True),
         check_traffic(SCANS),
+        check_frames(
+            replace(FRAMES, parents=without('nodlidar_tilt_link'), joints_come=False)
+        ),  # what follows from a silent servo
         check_traffic(CLOUDS),
         check_traffic(replace(CLOUDS, seconds=4.0, ages=(), steps=())),
         check_content(CONTENT),
@@ -99,6 +102,7 @@ def test_a_healthy_sensor_has_no_fault(findings):
 
 
 FAILED = 'of the replies failed'
+MODEL_MISSING = 'transform missing', 'robot_state_publisher'
 FAULTS = [
     # what was put in, what is found, a part of what mends it
     (ports({'exists': False}), 'port missing', 'lidar_port:='),
@@ -148,6 +152,12 @@ FAULTS = [
     (graph(on_sim_time=('/driver',)), 'no simulated time', 'set /driver use_sim_time false'),
     (graph(points=Topic('points')), 'no publisher', 'robot.launch.py'),
     (graph(scan=Topic('scan')), 'no publisher', 'with lidar:=... start that driver yourself'),
+    (graph(NODES[1:], scan=Topic('scan')), 'no publisher', 'end the launch that runs (Ctrl-C)'),
+    (
+        check_graph(Graph(NODES, tuple(TOPICS.values()), mute=('/servo',))),
+        'node hangs',
+        'end the launch that runs (Ctrl-C)',
+    ),
     (
         check_graph(Graph(NODES, tuple(TOPICS.values()), inactive=('/driver',))),
         'node not active',
@@ -189,9 +199,15 @@ FAULTS = [
         'frame_prefix:=',
     ),
     (check_content(replace(CONTENT, positions=[0.1, 0.11])), 'joint stands still', 'supply'),
+    (
+        check_content(replace(CONTENT, positions=[0.1, 0.11], followed=False)),
+        'joint stands still',
+        'end the launch that runs (Ctrl-C)',
+    ),
     (check_content(replace(CONTENT, positions=[math.nan])), 'no joint position', 'order of the'),
     (check_frames(replace(FRAMES, parents=without('laser'))), 'transform missing', 'model'),
-    (check_frames(Frames()), 'transform missing', 'robot_state_publisher'),
+    (check_frames(Frames()), *MODEL_MISSING),
+    (check_frames(replace(FRAMES, parents=without('nodlidar_tilt_link'))), *MODEL_MISSING),
     (
         check_frames(replace(FRAMES, parents=PARENTS | {'laser': frozenset({'a', 'b'})})),
         'two parents',
@@ -243,6 +259,8 @@ FAULTS = [
         for words, remedy in (
             ('up and down sweeps disagree: joint_delay is off by 8 ms', 'calibrate live'),
             ("2 publishers of 'scan': stop all but one", 'topic info -v'),
+            ('2 publishers on /scan: stop all but one', 'topic info -v'),
+            ('the lidar sent nothing for 0.5 s', 'check supply, cable'),
             ('odometry is stamped 0.40 s in the future', 'chrony'),
             ('no range for 4 s: is the lidar covered?', 'probe'),
         )

@@ -132,6 +132,17 @@ def test_the_port_of_hardware_that_ros2_control_drives_is_left_alone(capsys):
     assert [each for each in ports if 'servo' in each['text']] == []
 
 
+def test_the_ports_of_what_nodes_of_others_publish_are_not_missed(capsys):
+    with spinning_node('sllidar_node', 'other') as lidar, spinning_node('joint', 'other') as joint:
+        lidar.create_publisher(LaserScan, 'scan', 5)
+        ports = subjects(capsys, '--namespace', '/other')['ports']
+        assert [each['text'].startswith("the servo's port") for each in ports] == [True]
+        joint.create_publisher(JointState, 'joint_states', 5)
+        assert subjects(capsys, '--namespace', '/other')['ports'] == []
+        given = subjects(capsys, '--namespace', '/other', '--lidar-port', '/dev/ttyACM77')
+    assert [each['check'] for each in given['ports']] == ['port missing']
+
+
 def test_a_joint_whose_position_is_missing_is_a_fault(capsys):
     """A message may have fewer positions than names."""
     with spinning_node('servo', 'short') as servo:
@@ -211,3 +222,37 @@ def test_frames_and_joint_of_a_sensor_have_the_prefix_of_its_assembler(capsys):
         each['text'] for each in of_own['transforms'] if each['check'] == 'transform missing'
     ]
     assert any("'second_laser'" in text for text in missing)
+
+
+def test_joints_of_other_parts_of_a_robot_are_no_fault(capsys):
+    with spinning_node('servo', 'armed') as servo, spinning_node('arm', 'armed') as arm:
+        joints = {servo: 'nod_joint', arm: 'elbow'}
+        topics = {node: node.create_publisher(JointState, 'joint_states', 9) for node in joints}
+
+        def publish(node):
+            # Older than those of the nod joint: on their topic, stamps go back.
+            now_ns = time.time_ns() - (node is arm) * 50_000_000
+            state = JointState(name=[joints[node]], position=[math.sin(now_ns / 1e9)])
+            state.header.stamp = Time(nanoseconds=now_ns).to_msg()
+            topics[node].publish(state)
+
+        servo.create_timer(0.02, lambda: publish(servo))
+        arm.create_timer(0.02, lambda: publish(arm))
+        found = subjects(capsys, '--namespace', '/armed')
+    checks = {each['check'] for each in [*found['nodes'], *found['messages']]}
+    assert checks.isdisjoint({'two publishers', 'stamps go back', 'joint missing'}), found
+
+
+def test_a_node_that_answers_nothing_hangs(capsys):
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    hung = rclpy.create_node('servo', namespace='hung', context=context)  # nobody spins it
+    try:
+        with spinning_node('driver', 'hung'):
+            nodes = subjects(capsys, '--namespace', '/hung')['nodes']
+    finally:
+        hung.destroy_node()
+        rclpy.shutdown(context=context)
+    assert [each['text'] for each in nodes if each['check'] == 'node hangs'] == [
+        "'/hung/servo' runs, but answers no request: it hangs"
+    ]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from nodlidar_bringup.checks.finding import Level
 from nodlidar_bringup.checks.mounting import check_mounting
 from nodlidar_bringup.checks.orientation import beams_of, Mounting, points_of, seen_in
+from nodlidar_bringup.checks.traffic import Content
 from nodlidar_bringup.checks.transforms import Frames
 from nodlidar_bringup.ros.examination import _of_mount
 from nodlidar_common.nod import Nod
@@ -21,6 +22,7 @@ from sensor_msgs.msg import PointCloud2
 HEIGHT = 1.0  # of the nod axis in all scenes
 NOD = Nod(-0.6136, 0.6136, 7547 * 0.1 / 1024, 7547, 10**18)
 LEVER = (0.0, 0.0, 0.08)
+NODDING = [-0.6, 0.0, 0.6]  # rad
 
 
 @pytest.fixture(scope='module', params=['room', 'corridor', 'building', 'wall', 'corner'])
@@ -114,13 +116,29 @@ def test_points_turn_back_into_their_beams(range_, azimuth, pitch, lever):
     np.testing.assert_allclose(np.concatenate(back), [range_, azimuth, pitch], atol=1e-6)
 
 
+def watch_with(points, positions):
+    upright = Transform(rotation=Quaternion(w=1.0))
+    return SimpleNamespace(
+        transforms={'nodlidar_base_link': upright, 'laser': upright},
+        points=points,
+        content=lambda joint: Content(joint_name=joint, positions=positions),
+    )
+
+
 def test_a_malformed_cloud_is_a_finding():
     """It has no x; without the handling, all other findings would be lost."""
-    upright = Transform(rotation=Quaternion(w=1.0))
-    watch = SimpleNamespace(
-        transforms={'nodlidar_base_link': upright, 'laser': upright},
-        points=lambda frame: coordinates(PointCloud2(height=1, width=1, data=[0])),
-    )
-    [finding] = _of_mount(watch, Frames())
+    cloud = PointCloud2(height=1, width=1, data=[0])
+    [finding] = _of_mount(watch_with(lambda frame: coordinates(cloud), NODDING), Frames(), '')
     assert finding.level == Level.FAULT
     assert 'malformed cloud' in finding.text
+
+
+def test_the_plane_of_a_joint_that_stands_still_does_not_show_the_mount():
+    """Turned up, a single plane meets walls in lines that lean."""
+    azimuth = np.linspace(-0.7, 0.7, 2000)
+    pitch = np.full(2000, 0.619)
+    wall = 2.0 / (np.cos(pitch) * np.cos(azimuth))  # 2 m ahead, upright
+    points = points_of(wall, azimuth, pitch, LEVER)
+    still = [0.6190, 0.6191]
+    assert _of_mount(watch_with(lambda frame: points, still), Frames(), '') == []
+    assert _of_mount(watch_with(lambda frame: points, NODDING), Frames(), '') != []

@@ -173,11 +173,18 @@ def _with_cells(task: Task, region: Region, config: NodConfig, step: float) -> T
             limit = f'above {key[:-3]}min by at least {rounded_up(step)} rad, a step of the lidar'
             raise ParameterError(key, limit, getattr(region, key))
     if region.cell:
+        if region.cell < step:
+            raise _too_small(region, 1.0, step)
         size, distance = 2.0 * math.sin(region.cell / 2.0), 1.0
     else:
         size = region.object_size or config.object_size
         distance = region.object_distance or config.object_distance
-    task = replace(task, object_size=size, distance=distance)
+    try:
+        task = replace(task, object_size=size, distance=distance)
+    except ParameterError as error:
+        if error.key != 'distance':
+            raise
+        raise ParameterError('object_distance', error.limit, error.value) from error
     if task.cell < step:
         raise _too_small(region, distance, step)
     even = even_rows(task)

@@ -15,7 +15,7 @@ _BUSY = 'end other programs (`top`), or profile:=fast'
 _REMEDIES = (
     ('latency|holds replies back', INSTALL_RULES),
     ('sweeps disagree', 'ros2 run nodlidar_assembler calibrate live, where nothing moves'),
-    ('publishers of', f'ros2 topic info -v names their nodes: end all but one; {KILLED}'),
+    ('publishers o[fn]', f'ros2 topic info -v names their nodes: end all but one; {KILLED}'),
     ('in the future', 'sudo apt install chrony, on both computers'),
     ('lidar covered', 'ros2 run nodlidar_driver probe draws what the lidar sees'),
     (
@@ -32,7 +32,10 @@ _REMEDIES = (
     ('shut down|overload|overheating', 'remove what blocks the nod, then start the servo again'),
     ('supply|voltage', 'supply the servo with what its model needs (docs/hardware.md)'),
     ('late reply;.*no answer', _BUSY),  # the more frequent one comes first
-    ('does not answer|no answer', 'check supply, cable, bit rate and ID of the device'),
+    (
+        'does not answer|no answer|sent nothing',
+        'check supply, cable, bit rate and ID of the device',
+    ),
     ('no joint', 'ros2 topic hz joint_states'),
     ('clock drift|time mode', 'use a USB port of the computer itself, without a hub'),
     ('clock was set', 'use a service that slews the clock: sudo apt install chrony'),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
 
 LAUNCH = 'ros2 launch nodlidar_bringup robot.launch.py'
+START_AGAIN = f'end the launch that runs (Ctrl-C), then {LAUNCH}'
 SOURCES = {'scan': 'driver', 'joint_states': 'servo', 'points': 'assembler'}
 """Topics of a sensor, and the node of each."""
 
@@ -62,6 +63,11 @@ class Graph:
         Of the sensor, without a slash at the end.
     inactive
         Lifecycle nodes that are not active.
+    mute
+        Nodes that take requests, but answer none.
+    other_joints
+        Whether joint states come with the nod joint and without it: those without are of other
+        parts of the robot.
     """
 
     nodes: tuple[str, ...] = ()
@@ -70,24 +76,35 @@ class Graph:
     clock_published: bool = False
     namespace: str = ''
     inactive: tuple[str, ...] = ()
+    mute: tuple[str, ...] = ()
+    other_joints: bool = False
 
 
 def is_running(graph: Graph) -> bool:
     """Return whether a node of a sensor runs, or one of its topics has a publisher."""
-    nodes = {f'{graph.namespace}/{name}' for name in SOURCES.values()}
-    return bool(nodes.intersection(graph.nodes)) or any(
+    return _has_nodes(graph) or any(
         topic.publishers for topic in graph.topics if topic.name in SOURCES
     )
+
+
+def _has_nodes(graph: Graph) -> bool:
+    nodes = {f'{graph.namespace}/{name}' for name in SOURCES.values()}
+    return bool(nodes.intersection(graph.nodes))
 
 
 def check_graph(graph: Graph) -> list[Finding]:
     """Return what is wrong with nodes and topics."""
     if not is_running(graph):
         return [_nothing_runs(graph)]
-    findings = [*_twice(graph.nodes), *_inactive(graph.inactive), *_sim_time(graph)]
+    findings = [*_twice(graph.nodes), *_mute(graph.mute), *_inactive(graph.inactive)]
+    findings += _sim_time(graph)
     for topic in graph.topics:
         full = f'{graph.namespace}/{topic.name}'
-        findings += [*_publishers(topic, full), *_types(topic, full), *_mismatches(topic, full)]
+        findings += [
+            *_publishers(topic, full, graph),
+            *_types(topic, full),
+            *_mismatches(topic, full),
+        ]
     return findings or [good('nodes', f'{len(graph.nodes)} nodes run, each topic has one source')]
 
 
@@ -116,6 +133,13 @@ def _twice(nodes: Sequence[str]) -> list[Finding]:
     ]
 
 
+def _mute(names: Sequence[str]) -> list[Finding]:
+    return [
+        fault('node hangs', f"'{name}' runs, but answers no request: it hangs", START_AGAIN)
+        for name in names
+    ]
+
+
 def _inactive(names: Sequence[str]) -> list[Finding]:
     return [
         fault(
@@ -136,19 +160,22 @@ def _sim_time(graph: Graph) -> list[Finding]:
     return [fault('no simulated time', text, remedy)]
 
 
-def _publishers(topic: Topic, full: str) -> list[Finding]:
+def _publishers(topic: Topic, full: str, graph: Graph) -> list[Finding]:
     if topic.name not in SOURCES:
         return []
     node = SOURCES[topic.name]
     if not topic.publishers:
         who = 'driver of the lidar' if node == 'driver' else node
         text = f"nobody publishes '{topic.name}': no {who} runs in this namespace"
-        remedy = f'{LAUNCH}, and read what the {who} says'
+        start = LAUNCH
+        if _has_nodes(graph):  # a launch ends with any of its nodes
+            text, start = f'{text}, or it hangs', START_AGAIN
+        remedy = f'{start}, and read what the {who} says'
         if node == 'driver':
             remedy += '; with lidar:=... start that driver yourself (docs/lidars.md)'
         return [fault('no publisher', text, remedy)]
     names = [endpoint.node for endpoint in topic.publishers]
-    if len(names) > 1:
+    if len(names) > 1 and not (node == 'servo' and graph.other_joints):
         text = f"'{topic.name}' has {len(names)} publishers: {', '.join(names)}"
         remedy = f'ros2 topic info -v {full}; end one, or start it with namespace:=second; '
         remedy += KILLED

@@ -120,16 +120,18 @@ def may_ask(port: Port) -> bool:
     return port.exists and port.may_use and not used
 
 
-def check_ports(lidar: Port, servo: Port | None, settings: ServoSettings) -> list[Finding]:
+def check_ports(lidar: Port | None, servo: Port | None, settings: ServoSettings) -> list[Finding]:
     """Return what is wrong with the ports.
 
     Parameters
     ----------
     lidar, servo
-        The ports; None for the servo if ros2_control moves the joint.
+        The ports; None for a device that a node of others drives.
     settings
         What the servo's node expects.
     """
+    if lidar is None:
+        return [] if servo is None else [*_check_port(servo), *_check_servo(servo, settings)]
     if servo is None:
         return _check_port(lidar)
     if (

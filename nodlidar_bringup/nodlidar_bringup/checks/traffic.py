@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import math
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
-from nodlidar_bringup.checks.graph import LAUNCH, SOURCES
+from nodlidar_bringup.checks.graph import LAUNCH, SOURCES, START_AGAIN
 import numpy as np
 
 LEAST_RATE = {'scan': 5.0, 'joint_states': 12.0, 'points': 0.5}
@@ -86,6 +86,8 @@ class Content:
         Positions of the nod joint [rad]; NaN where a joint state has none.
     namespace
         Of the sensor, without a slash at the end.
+    followed
+        Whether anybody listens to the nod command.
     """
 
     valid_share: float | None = None
@@ -93,6 +95,7 @@ class Content:
     joint_names: frozenset[str] = frozenset()
     positions: Sequence[float] = field(default=())
     namespace: str = ''
+    followed: bool = True
 
 
 def check_traffic(traffic: Traffic) -> list[Finding]:
@@ -149,6 +152,12 @@ def _synchronise(clock: str) -> str:
     )
 
 
+def stands_still(content: Content) -> bool:
+    """Return whether the joint has positions, but hardly moves."""
+    positions = [each for each in content.positions if math.isfinite(each)]
+    return bool(positions) and max(positions) - min(positions) < LEAST_NOD
+
+
 def check_content(content: Content) -> list[Finding]:
     """Return what is wrong with what scans and joint states say."""
     findings = []
@@ -166,11 +175,14 @@ def check_content(content: Content) -> list[Finding]:
         text = f"joint_states have no position of '{content.joint_name}'"
         remedy = 'publish the measured position of each joint in the order of the names'
         findings.append(fault('no joint position', text, remedy))
-    if positions and max(positions) - min(positions) < LEAST_NOD:
+    if stands_still(content):
         text = f'the joint stands still at {positions[-1]:.3f} rad'
         remedy = (
             f'ros2 topic echo --once {content.namespace}/servo/status, and /diagnostics: torque, '
             'the supply of the servo, command_nod of the assembler'
         )
+        if not content.followed:
+            text = f"{text}: nobody listens to 'nod_command', no servo runs, or it hangs"
+            remedy = f'{START_AGAIN}, and read what the servo says'
         findings.append(fault('joint stands still', text, remedy))
     return findings

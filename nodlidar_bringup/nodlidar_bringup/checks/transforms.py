@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from nodlidar_bringup.checks.finding import fault, Finding, good, warning
-from nodlidar_bringup.checks.graph import LAUNCH
+from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
+from nodlidar_bringup.checks.graph import LAUNCH, START_AGAIN
 
 LARGEST_DIFFERENCE = 0.002
 """Between the lever arms of robot model and assembler [m]."""
 
-_MODEL = f'{LAUNCH}, whose robot_state_publisher publishes the robot model'
+_MODEL = f'{START_AGAIN}, whose robot_state_publisher publishes the robot model'
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +28,8 @@ class Frames:
         Position of the lidar in the nodding frame, by the robot model [m]; None if unknown.
     assembler_lever
         The same, by the assembler's parameter laser_xyz [m]; None if unknown.
+    joints_come
+        Whether joint states come, from which the transform of the nod is made.
     """
 
     parents: Mapping[str, frozenset[str]] = field(default_factory=dict)
@@ -35,6 +37,7 @@ class Frames:
     scan_frames: frozenset[str] = frozenset()
     lever: tuple[float, ...] | None = None
     assembler_lever: tuple[float, ...] | None = None
+    joints_come: bool = True
 
 
 def check_frames(frames: Frames) -> list[Finding]:
@@ -61,7 +64,11 @@ def _missing(frames: Frames) -> list[Finding]:
     for parent, child in zip(frames.needed, frames.needed[1:], strict=False):
         if child not in frames.parents:
             text = f"nobody publishes the transform from '{parent}' to '{child}'"
-            findings.append(fault('transform missing', text, _MODEL))
+            if child == frames.needed[1] and not frames.joints_come:
+                text = f'{text}: it is made from joint states, of which none come'
+                findings.append(unknown('transform missing', text))
+            else:
+                findings.append(fault('transform missing', text, _MODEL))
         elif parent not in frames.parents[child]:
             others = ', '.join(sorted(frames.parents[child]))
             text = f"the parent of '{child}' is '{others}', not '{parent}'"

@@ -29,10 +29,10 @@ from nodlidar_bringup.checks.ports import (
     ServoSettings,
 )
 from nodlidar_bringup.checks.report import Section
-from nodlidar_bringup.checks.traffic import check_content, check_traffic
+from nodlidar_bringup.checks.traffic import check_content, check_traffic, stands_still
 from nodlidar_bringup.checks.transforms import check_frames, Frames
 from nodlidar_bringup.ros.discovery import announce_often
-from nodlidar_bringup.ros.node_settings import inactive, settings_of
+from nodlidar_bringup.ros.node_settings import inactive, mute, settings_of
 from nodlidar_bringup.ros.system_watch import SystemWatch
 import rclpy
 from rclpy.node import Node
@@ -40,6 +40,7 @@ from rclpy.node import Node
 DISCOVERY = 3.2  # s, until the running nodes are found: Fast DDS announces itself every 3 s
 OTHERS = 1.0  # s, from the first node until all are found
 CLOUD_FRAME = 'nodlidar_base_link'  # their frame, without its prefix
+JOINT = 'nod_joint'  # without its prefix
 _PORTS = {
     LIDAR: ('/dev/nodlidar_lidar', '/dev/ttyACM0'),
     SERVO: ('/dev/nodlidar_servo', '/dev/ttyUSB0'),
@@ -73,23 +74,23 @@ def examine(options: Namespace) -> list[Section]:
     argument_values.check_frame_prefix(options.frame_prefix or '')
     watch = HostWatch()
     system, settings, running = _examine_system(options)
-    ports = _examine_ports(options, settings)
+    ports = _examine_ports(options, settings, running)
     return [
         Section('ports', ports),
-        Section('computer', check_host(watch.facts(running))),
+        Section('computer', check_host(watch.facts(running is not None))),
         *system,
     ]
 
 
-def _examine_system(options: Namespace) -> tuple[list[Section], Settings, bool]:
-    """Return the findings about the running system, its settings, and whether there is one."""
+def _examine_system(options: Namespace) -> tuple[list[Section], Settings, Graph | None]:
+    """Return the findings about the running system, its settings, and its graph, if it runs."""
     announce_often()
     context = rclpy.Context()
     try:
         rclpy.init(context=context)
     except Exception as error:  # a broken environment is what is looked for
         remedy = 'source the setup file of ROS and of this workspace, and see `network` above'
-        return [Section('nodes', [fault('ROS does not start', str(error), remedy)])], {}, False
+        return [Section('nodes', [fault('ROS does not start', str(error), remedy)])], {}, None
     node = Node(
         'doctor',
         namespace=options.namespace.rstrip('/'),
@@ -104,11 +105,11 @@ def _examine_system(options: Namespace) -> tuple[list[Section], Settings, bool]:
         rclpy.shutdown(context=context)
 
 
-def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settings, bool]:
+def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settings, Graph | None]:
     watch = SystemWatch(node)
     _discover(watch)
     if not is_running(watch.graph()):
-        return [Section('nodes', check_graph(watch.graph()))], {}, False
+        return [Section('nodes', check_graph(watch.graph()))], {}, None
     space = node.get_namespace().rstrip('/')
     running = watch.graph().nodes
     wanted = {f'{space}/{name}': keys for name, keys in _SETTINGS.items()}
@@ -118,23 +119,29 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
     others = [name for name, values in settings.items() if not values]  # such as drivers of others
     settings |= settings_of(node, dict.fromkeys(others, ('use_sim_time',)))
     lifecycle = [name for name in running if name in {f'{space}/{n}' for n in LIFECYCLE}]
+    silent = [name for name in wanted if name in running and name not in settings]
     settings = {name.rsplit('/', 1)[-1]: values for name, values in settings.items()}
     lasts = _cloud_lasts(settings.get('assembler', {}), watch.sweep_duration)
     _listen(watch, max(options.seconds, 1.0), lasts)
     on_sim_time = [f'{space}/{n}' for n, v in settings.items() if v.get('use_sim_time')]
-    graph = replace(watch.graph(on_sim_time), inactive=inactive(node, lifecycle))
     prefix = _prefix(options.frame_prefix, settings.get('assembler', {}))
+    graph = replace(
+        watch.graph(on_sim_time),
+        inactive=inactive(node, lifecycle),
+        mute=mute(node, silent),  # once more: a node may have been busy
+        other_joints=watch.has_other_joints(f'{prefix}{JOINT}'),
+    )
     frames = _frames(watch, prefix, settings)
     return (
         [
             Section('nodes', check_graph(graph)),
             Section('messages', _of_messages(watch, lasts, prefix, _stamped_by_clock(graph))),
             Section('transforms', check_frames(frames)),
-            Section('mount', _of_mount(watch, frames)),
+            Section('mount', _of_mount(watch, frames, prefix)),
             Section('diagnostics', check_diagnostics(watch.statuses, space)),
         ],
         settings,
-        True,
+        graph,
     )
 
 
@@ -189,12 +196,13 @@ def _stamped_by_clock(graph: Graph) -> set[str]:
 def _of_messages(
     watch: SystemWatch, lasts: float, prefix: str, on_sim_time: set[str]
 ) -> list[Finding]:
+    joint = f'{prefix}{JOINT}'
     traffic = [
-        watch.traffic(name, lasts if name == 'points' else 0.0, name in on_sim_time)
+        watch.traffic(name, lasts if name == 'points' else 0.0, name in on_sim_time, joint)
         for name in SOURCES
     ]
     of_topics = [finding for each in traffic for finding in check_traffic(each)]
-    return [*of_topics, *check_content(watch.content(f'{prefix}nod_joint'))]
+    return [*of_topics, *check_content(watch.content(joint))]
 
 
 def _frames(watch: SystemWatch, prefix: str, settings: Settings) -> Frames:
@@ -206,6 +214,7 @@ def _frames(watch: SystemWatch, prefix: str, settings: Settings) -> Frames:
         watch.traffic('scan').frames,
         None if laser is None else _position(laser),
         None if assembler is None else tuple(assembler),
+        bool(watch.traffic('joint_states').steps),
     )
 
 
@@ -214,8 +223,13 @@ def _position(transform: Any) -> tuple[float, float, float]:
     return (place.x, place.y, place.z)
 
 
-def _of_mount(watch: SystemWatch, frames: Frames) -> list[Finding]:
-    """Return what the cloud says of the mount; nothing if TF lacks it or turns the lidar."""
+def _of_mount(watch: SystemWatch, frames: Frames, prefix: str) -> list[Finding]:
+    """Return what the cloud says of the mount; nothing if TF lacks it or turns the lidar.
+
+    Nor if the joint stands still: in a single plane, upright walls are not told from leaning ones.
+    """
+    if stands_still(watch.content(f'{prefix}{JOINT}')):
+        return []
     base, _, laser = frames.needed
     mount, lidar = watch.transforms.get(base), watch.transforms.get(laser)
     if mount is None or lidar is None or abs(lidar.rotation.w) < math.cos(0.05):
@@ -232,11 +246,16 @@ def _of_mount(watch: SystemWatch, frames: Frames) -> list[Finding]:
     return check_mounting(seen_in(points, mounting), mounting)
 
 
-def _examine_ports(options: Namespace, settings: Settings) -> list[Finding]:
-    lidar = _port(LIDAR, options.lidar_port, settings.get('driver', {}).get('port'), options)
+def _examine_ports(options: Namespace, settings: Settings, running: Graph | None) -> list[Finding]:
+    published = {topic.name for topic in running.topics if topic.publishers} if running else set()
+    used = settings.get('driver', {}).get('port')
     given = settings.get('servo', {})
-    servo = None  # the port of a joint of ros2_control is none of ours
-    if 'controller' not in given:
+    # The ports of a lidar with the driver of others, and of ros2_control, are none of ours.
+    lidar = servo = None
+    if used or options.lidar_port or 'scan' not in published:
+        lidar = _port(LIDAR, options.lidar_port, used, options)
+    of_ours = given.get('port') or options.servo_port or 'joint_states' not in published
+    if of_ours and 'controller' not in given:
         servo = _port(SERVO, options.servo_port, given.get('port'), options)
     expected = ServoSettings(
         options.baud_rate or given.get('baud_rate', ServoSettings.baud_rate),

@@ -25,14 +25,20 @@ def settings_of(node: Node, wanted: dict[str, tuple[str, ...]]) -> dict[str, dic
         Names of parameters by the full name of their node.
     """
     requests = {name: GetParameters.Request(names=list(keys)) for name, keys in wanted.items()}
-    answers = _answers(node, GetParameters, 'get_parameters', requests)
+    answers, _ = _answers(node, GetParameters, 'get_parameters', requests)
     return {name: _values(wanted[name], answer) for name, answer in answers.items()}
+
+
+def mute(node: Node, names: Iterable[str]) -> tuple[str, ...]:
+    """Return the nodes among some whose services were found, but do not answer."""
+    requests = {name: GetParameters.Request() for name in names}
+    return _answers(node, GetParameters, 'get_parameters', requests)[1]
 
 
 def inactive(node: Node, names: Iterable[str]) -> tuple[str, ...]:
     """Return the lifecycle nodes among some that are not active."""
     requests = {name: GetState.Request() for name in names}
-    answers = _answers(node, GetState, 'get_state', requests)
+    answers, _ = _answers(node, GetState, 'get_state', requests)
     return tuple(
         name
         for name, answer in answers.items()
@@ -40,8 +46,10 @@ def inactive(node: Node, names: Iterable[str]) -> tuple[str, ...]:
     )
 
 
-def _answers(node: Node, kind: Any, service: str, requests: dict[str, Any]) -> dict[str, Any]:
-    """Return the answers to requests by the full name of the nodes that answered."""
+def _answers(
+    node: Node, kind: Any, service: str, requests: dict[str, Any]
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the answers to requests by the full name of their nodes, and who gave none."""
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     clients = {name: node.create_client(kind, f'{name}/{service}') for name in requests}
@@ -53,7 +61,8 @@ def _answers(node: Node, kind: Any, service: str, requests: dict[str, Any]) -> d
             if client.service_is_ready()
         }
         _spin(executor, lambda: all(future.done() for future in futures.values()))
-        return {name: future.result() for name, future in futures.items() if future.done()}
+        answers = {name: future.result() for name, future in futures.items() if future.done()}
+        return answers, tuple(name for name in futures if name not in answers)
     finally:
         executor.remove_node(node)
         for client in clients.values():

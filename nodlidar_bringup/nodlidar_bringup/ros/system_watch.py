@@ -125,6 +125,17 @@ class SystemWatch:
         clock = self._node.count_publishers('/clock') > 0
         return Graph(nodes, topics, tuple(on_sim_time), clock, self._namespace)
 
+    def has_other_joints(self, joint_name: str) -> bool:
+        """Return whether some joint states have a joint, and others do not."""
+        return 0 < len(self._came('joint_states', joint_name)) < len(self._came('joint_states'))
+
+    def _came(self, name: str, joint_name: str = '') -> list[tuple[int, int, Any]]:
+        """Return the messages of a topic: of joint states those with a joint, if one is given."""
+        came = self._arrivals[name]
+        if name != 'joint_states' or not joint_name:
+            return came
+        return [each for each in came if joint_name in each[-1].name]
+
     def _topic(self, name: str) -> Topic:
         full = self._node.resolve_topic_name(name)
         own = self._node.get_name()
@@ -139,12 +150,15 @@ class SystemWatch:
             tuple(sorted(types)),
         )
 
-    def traffic(self, name: str, lasts: float = 0.0, on_sim_time: bool = False) -> Traffic:
+    def traffic(
+        self, name: str, lasts: float = 0.0, on_sim_time: bool = False, joint_name: str = ''
+    ) -> Traffic:
         """Return the messages of a topic, of which each lasts for some time [s].
 
-        On simulated time, their ages are by /clock.
+        On simulated time, their ages are by /clock. Joint states count with that joint only, if
+        any have it.
         """
-        came = self._arrivals[name]
+        came = self._came(name, joint_name) or self._arrivals[name]
         stamps = [time_ns(message.header.stamp) for *_, message in came]
         arrivals = [arrival for arrival, *_ in came]
         by_clock = [arrival + ahead * on_sim_time for arrival, ahead, _ in came]
@@ -177,7 +191,8 @@ class SystemWatch:
                 given = index < len(state.position)
                 positions.append(float(state.position[index]) if given else math.nan)
         share = float(np.mean(valid)) if valid else None
-        return Content(share, joint_name, frozenset(names), positions, self._namespace)
+        followed = bool(self._topic('nod_command').subscriptions)
+        return Content(share, joint_name, frozenset(names), positions, self._namespace, followed)
 
     def points(self, frame: str) -> NDArray[np.float64]:
         """Return the latest points in a frame, shape (n, 3)."""
