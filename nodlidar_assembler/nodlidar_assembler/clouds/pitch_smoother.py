@@ -24,7 +24,7 @@ BEFORE_NS = 60_000_000  # time before a scan from which samples are used
 PAUSE_NS = 200_000_000  # between samples, beyond which those of a scan do not reach,
 LONGEST_NS = 1_000_000_000  # ... looked for only if they last longer than that
 SAME = 1e-5  # difference of samples at the same step of the encoder, at most [rad]
-LEAST_STEP = 1.5e-4  # of an encoder, about 15 bits [rad]; a finer one hardly errs by it
+LEAST_STEP = 3e-5  # of an encoder, about 18 bits [rad]; a finer one hardly errs by it
 MOST_STEP = 5.2e-3  # of the coarsest encoder, 300 degrees in 1024 steps [rad]
 MOST_NOISE = 2.5e-3  # beyond rounding, or the encoder's step if larger, RMS [rad]; more is motion
 # Of what is white beyond a step of the encoder: neither if it is all noise, nor if it is all
