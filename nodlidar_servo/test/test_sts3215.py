@@ -114,6 +114,10 @@ def test_an_overload_is_named_and_ends_with_a_new_connection():
     assert servo.shut_down == sample.status
     assert bench[table.TORQUE_ENABLE] == 0
     bench.emulator.motor.load = 0.0
+    servo.set_torque(False)
+    servo.drive(0.6, 2.0)
+    servo.read()
+    assert bench[table.TORQUE_ENABLE] == 0  # it does not start by itself
     again = bench.connect()
     again.drive(0.6, 2.0)
     assert again.read().status == 0

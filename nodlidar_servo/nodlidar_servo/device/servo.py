@@ -147,8 +147,10 @@ class Servo:
         """Send the servo to a pitch [rad] at a speed [rad/s], torque on; raises DeviceError.
 
         The goal is sent without confirmation: it is repeated every cycle, and a reply would double
-        the time on the bus.
+        the time on the bus. A motor that has shut down gets none: an STS3215 would start again.
         """
+        if self.shut_down:
+            return
         has_torque = self._torque is True
         if not has_torque:
             set_watchdog(self._bus, self._table, on=True)
@@ -159,8 +161,7 @@ class Servo:
         if not has_torque:
             # They may have been reset.
             write_position_gain(self._bus, self._table, self._setting.position_gain)
-            if not self.shut_down:
-                write_torque_limit(self._bus, self._table, self._setting.torque_limit)
+            write_torque_limit(self._bus, self._table, self._setting.torque_limit)
             self.set_torque(True)
 
     def set_torque(self, on: bool) -> None:
