@@ -93,9 +93,15 @@ class ServoNode(NodNode):
         if not samples or len(self._samples) >= self._together:
             self._publish_samples()
         if self._following.fault != self._fault_logged:
-            self._fault_logged = self._following.fault
+            self._log_fault(self._following.fault)
+
+    def _log_fault(self, fault: str) -> None:
+        self._fault_logged = fault
+        if fault:
+            self.get_logger().error(fault)
+        else:
             over = 'follows again' if self._loop.progress else 'has no nod command any more'
-            self.get_logger().error(self._fault_logged or f'the servo {over}')
+            self.get_logger().info(f'the servo {over}')
 
     def _publish_samples(self) -> None:
         self.diagnosis.cycled(self._loop.sample, self._loop.progress)
