@@ -19,8 +19,8 @@ from nodlidar_planner.error_budget.swing import Swing
 from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_planner.pattern.task import Task
 from nodlidar_sim.devices.servo_models import EMULATED
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.servo.encoder import Encoder
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
 from scipy.integrate import quad
