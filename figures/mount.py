@@ -146,9 +146,9 @@ class Mount:
         return self.top - SHEET - math.hypot(length / 2.0, highest)
 
 
-def mount_of(lidar: Lidar, model: Path = MODEL) -> Mount:
-    """Return the bracket of a robot model, for a lidar."""
-    robot = URDF.from_xml_string(xacro.process_file(str(model)).toxml())
+def mount_of(lidar: Lidar) -> Mount:
+    """Return the bracket of the robot model, for a lidar."""
+    robot = URDF.from_xml_string(xacro.process_file(str(MODEL)).toxml())
     servo, bracket = (
         robot.link_map[name].visuals[0] for name in ('nodlidar_base_link', 'nodlidar_tilt_link')
     )

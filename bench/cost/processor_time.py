@@ -8,12 +8,12 @@ else runs on the machine burdens all of them; counted are processor times, not d
 from collections import Counter
 import os
 from pathlib import Path
+from statistics import median
 import subprocess
 import tempfile
 import time
 
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor
-import numpy as np
 import rclpy
 from rclpy.wait_for_message import wait_for_message
 from sensor_msgs.msg import PointCloud2
@@ -44,15 +44,15 @@ def results(against: Path) -> list[Row]:
 
 def rows(runs: dict[str, list[Counter[str]]]) -> list[Row]:
     """Return a row per set-up of its runs: medians of shares of a core, ratios to the first."""
-    totals = {name: _median([run.total() for run in own]) for name, own in runs.items()}
+    totals = {name: median([run.total() for run in own]) for name, own in runs.items()}
     without = {
-        name: _median([run.total() - run[PUBLISHER] for run in own]) for name, own in runs.items()
+        name: median([run.total() - run[PUBLISHER] for run in own]) for name, own in runs.items()
     }
     first = next(iter(runs))
     return [
         {
             'set-up': name,
-            **{f'{node} [%]': _median([run[node] * 100.0 for run in own]) for node in NODES},
+            **{f'{node} [%]': median([run[node] * 100.0 for run in own]) for node in NODES},
             'all nodes [%]': totals[name] * 100.0,
             'ratio': totals[name] / totals[first],
             f'without {PUBLISHER} [%]': without[name] * 100.0,
@@ -60,10 +60,6 @@ def rows(runs: dict[str, list[Counter[str]]]) -> list[Row]:
         }
         for name, own in runs.items()
     ]
-
-
-def _median(values: list[float]) -> float:
-    return float(np.median(values))
 
 
 def _shares(workspace: Path | None, profile: str) -> Counter[str]:

@@ -11,11 +11,10 @@ from dataclasses import dataclass, fields, replace
 from nodlidar_common.parameters import limits_of
 from nodlidar_demo.evaluation import points_of_log, simulated_drive, simulated_log
 from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.device_section import load_lidar, load_servo
 from nodlidar_sim.world.effects import Effects
-from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.planar import to_space
 from nodlidar_sim.world.scene import load_scene, Scene, scene_names
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 
 from bench.shared.reference import REFERENCE_N_S, reference_nod, SPAN, START_NS

@@ -18,11 +18,11 @@ from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.nodding import nodding_servo, SETTLING
+from nodlidar_sim.world.device_section import load_servo, servo_names
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.servo.encoder import Encoder
 from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo.physical_servo import PhysicalServo
-from nodlidar_sim.world.servo_section import load_servo, servo_names
 import numpy as np
 from numpy.typing import NDArray
 

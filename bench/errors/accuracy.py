@@ -16,8 +16,8 @@ from nodlidar_demo.evaluation import (
     surface_rms,
 )
 from nodlidar_sim.simulation import Recording
+from nodlidar_sim.world.device_section import load_lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters
-from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 

@@ -4,13 +4,12 @@ from dataclasses import dataclass, replace
 
 from nodlidar_common.nod import Nod
 from nodlidar_planner.error_budget.parameters import ErrorParameters
+from nodlidar_sim.world.device_section import load_lidar, load_servo
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.lidar_parameters import LidarParameters
-from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.servo.parameters import ServoParameters
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 
 from bench.errors.edge_scenes import drawn_room

@@ -22,9 +22,8 @@ from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.pose import Pose
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.simulation import simulate
-from nodlidar_sim.world.lidar_section import load_lidar
+from nodlidar_sim.world.device_section import load_lidar, load_servo
 from nodlidar_sim.world.scene import load_scene, Scene
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 from numpy.typing import NDArray
 

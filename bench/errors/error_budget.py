@@ -29,7 +29,6 @@ from bench.shared.reference import FEEDBACK_RATE, START_NS
 from bench.shared.report import Row
 from bench.shared.rms import rms
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 DURATION = 6.0

@@ -12,8 +12,8 @@ from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixel
 from nodlidar_common.nod import Nod
 from nodlidar_demo.evaluation import simulated_log
 from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.device_section import load_lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters
-from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.scene import Scene
 import numpy as np
 from numpy.typing import NDArray

@@ -14,10 +14,10 @@ from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.nodding import nodding_servo
+from nodlidar_sim.world.device_section import load_servo, servo_names
 from nodlidar_sim.world.nod_motion import triangle_motion
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.servo.parameters import ServoParameters
-from nodlidar_sim.world.servo_section import load_servo, servo_names
 import numpy as np
 from numpy.typing import NDArray
 

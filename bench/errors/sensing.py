@@ -10,8 +10,8 @@ import math
 
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_sim.simulation import Recording
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.servo.parameters import ServoParameters
-from nodlidar_sim.world.servo_section import load_servo
 
 from bench.errors.accuracy import MIXED_PIXEL_ANGLE, pitch_rms, points_rms
 from bench.shared.reference import DEFAULT_N_S, joints_at, real_room, simulated_room

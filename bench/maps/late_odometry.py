@@ -6,11 +6,12 @@ odometry_delay, and the drive mapped again, until what is left is too small to b
 
 from dataclasses import replace
 
+from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, estimates
+from nodlidar_mapper.offline import estimates
 from nodlidar_mapper.tracking.odometry_delay import is_worth_setting, odometry_delay
 from nodlidar_sim.simulation import Recording
 import numpy as np
@@ -57,7 +58,7 @@ def _mapped(recording: Recording, late: float) -> tuple[float, int, float | None
     stamps_ns = recording.odometry_stamp_ns + round(late * NS_PER_S)
     odometry = simulated_odometry(replace(recording, odometry_stamp_ns=stamps_ns))
     log = replace(simulated_log(recording), odometry=odometry)
-    mapper, clouds = Mapper(MapConfig()), clouds_of(log, CONFIG)
+    mapper, clouds = Mapper(MapConfig()), clouds_in(log, CONFIG)[0]
     found = estimates(mapper, clouds, log)
     matched = np.array([not each.lost for each in found])
     truth = true_poses(recording, np.array([each.stamp_ns for each in found]))

@@ -8,12 +8,13 @@ and by the best fit.
 from dataclasses import dataclass
 import time
 
+from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_demo.evaluation import moved_surface_rms, simulated_drive
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, moved
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import age_of, clouds_of, odometry_at
+from nodlidar_mapper.offline import age_of, odometry_at
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.simulation import Recording
 import numpy as np
@@ -71,7 +72,7 @@ def mapped(recording: Recording) -> Mapped:
     """Map a recording, and compare it with the truth."""
     log = simulated_drive(recording)
     mapper, found, seconds, by_odometry = Mapper(MapConfig()), [], [], []
-    for cloud in clouds_of(log, CONFIG):
+    for cloud in clouds_in(log, CONFIG)[0]:
         points, odometry = cloud.xyz, odometry_at(log, cloud.stamp_ns)
         begin = time.process_time()
         found.append(mapper.add(Cloud(cloud.stamp_ns, points, odometry, age=age_of(cloud))))

@@ -6,12 +6,13 @@ a crooked ring. The jump comes at a random place and has a random direction.
 
 from dataclasses import dataclass, replace
 
+from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_drive
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, estimates
+from nodlidar_mapper.offline import estimates
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.planar import compose, relative
 from nodlidar_sim.world.scene import Scene
@@ -107,7 +108,7 @@ def instant(recording: Recording, rng: np.random.Generator) -> int:
 def trial(recording: Recording, wrong: Recording, begin_ns: int) -> Trial:
     """Map a drive whose odometry is wrong from an instant on [ns]; judge it by the truth."""
     log = simulated_drive(wrong)
-    found = estimates(Mapper(MapConfig()), clouds_of(log, CONFIG), log)
+    found = estimates(Mapper(MapConfig()), clouds_in(log, CONFIG)[0], log)
     stamps_ns = np.array([each.stamp_ns for each in found])
     off = errors(true_poses(recording, stamps_ns), [each.pose for each in found])
     return judged(off, np.array([bool(each.lost) for each in found]), stamps_ns, begin_ns)

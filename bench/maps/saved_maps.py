@@ -7,7 +7,7 @@ keyframes: the robot often begins where it does not reach, in rooms that look li
 
 from dataclasses import dataclass, replace
 
-from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_demo.evaluation import simulated_drive
@@ -16,7 +16,7 @@ from nodlidar_mapper.geometry.poses import Array, inverse
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, estimates
+from nodlidar_mapper.offline import estimates
 from nodlidar_sim.world.planar import compose
 from nodlidar_sim.world.scene import Scene
 import numpy as np
@@ -80,7 +80,7 @@ def _drive(scene: Scene, seed: int, begin: Array) -> _Drive:
     recording = recorded(scene, sum(leg.duration for leg in scene.base_legs), seed)
     odometry = compose(begin[None], recording.odometry_pose)
     log = simulated_drive(replace(recording, odometry_pose=odometry))
-    clouds = clouds_of(log, CONFIG)
+    clouds = clouds_in(log, CONFIG)[0]
     stamps_ns = np.array([cloud.stamp_ns for cloud in clouds])
     return _Drive(log, clouds, true_poses(recording, stamps_ns))
 

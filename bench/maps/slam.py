@@ -11,14 +11,14 @@ import time
 from typing import Any, Protocol
 
 from ament_index_python.packages import get_package_share_directory
-from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_demo.evaluation import simulated_drive
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import age_of, clouds_of, odometry_at
+from nodlidar_mapper.offline import age_of, odometry_at
 from nodlidar_sim.simulation import Recording
 import numpy as np
 import yaml
@@ -100,7 +100,7 @@ def drive(name: str, route: str | None, duration: float, seed: int) -> tuple[Sen
 def followed(log: SensorLog, recording: Recording, use: Use) -> Followed:
     """Return how well a program follows a drive."""
     program, poses, stamps, seconds = use.start(), [], [], []
-    for cloud in clouds_of(log, replace(CONFIG, sweeps_per_cloud=use.sweeps)):
+    for cloud in clouds_in(log, replace(CONFIG, sweeps_per_cloud=use.sweeps))[0]:
         odometry = odometry_at(log, cloud.stamp_ns)
         begin = time.process_time()
         poses.append(program.add(cloud, odometry).copy())

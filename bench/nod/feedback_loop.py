@@ -13,8 +13,8 @@ from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_planner.sweeps.feedback import Feedback
 from nodlidar_planner.sweeps.schedule import even_rows
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.servo.parameters import ServoParameters
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 
 from bench.nod.servo_rig import Faults, Rig, TRUE_BEAM_NS, URG

@@ -27,9 +27,9 @@ from nodlidar_planner.pattern.band import samples_in_band
 from nodlidar_planner.pattern.task import Task
 from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.simulation import Recording, simulate
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.nod_motion import triangle_motion
 from nodlidar_sim.world.scene import load_scene, Scene
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 from numpy.typing import NDArray
 

@@ -11,8 +11,8 @@ import math
 
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_sim.devices.rx_motor import TICK
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.servo.parameters import ServoParameters
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 from numpy.typing import NDArray
 

@@ -12,7 +12,7 @@ from nodlidar_assembler.control.region_scan import RegionScan
 from nodlidar_assembler.scan_assembler import ScanAssembler
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_servo.device.config import ServoConfig
-from nodlidar_sim.world.servo_section import load_servo
+from nodlidar_sim.world.device_section import load_servo
 import numpy as np
 
 from bench.nod.servo_rig import LATENCY_TIMER, Rig, SHORT_LATENCY_TIMER, TRUE_BEAM_NS, URG

@@ -84,9 +84,8 @@ def simulated_room(
     duration: float,
     sensor: SensorModel | None = None,
     velocity: tuple[float, float] = STANDING,
-    samples_per_sweep: int = DEFAULT_N_S,
 ) -> Recording:
-    """Return a recording of the room with an ideal lidar and servo.
+    """Return a recording of the room with an ideal lidar and servo, at the default N_s.
 
     Parameters
     ----------
@@ -96,9 +95,7 @@ def simulated_room(
         By default the reference sensor.
     velocity
         Of the base, constant [m/s, rad/s].
-    samples_per_sweep
-        N_s of the nod, by default that of the assembler.
     """
     scene = load_scene('room', ideal=True).with_velocity(velocity)
-    nod = reference_nod(samples_per_sweep)
+    nod = reference_nod(DEFAULT_N_S)
     return simulate(scene, nod, duration, start_ns=START_NS, sensor=sensor)

@@ -1,8 +1,8 @@
 from dataclasses import replace
 
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.device_section import load_lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters
-from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.scene import parse_scene
 import numpy as np
 import pytest

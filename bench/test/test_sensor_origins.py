@@ -1,7 +1,7 @@
 """Rays that octomap_server and Nav2 cast, from a cloud's frame to its points, in the scene."""
 
+from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_demo.evaluation import simulated_drive
-from nodlidar_mapper.offline import clouds_of
 from nodlidar_sim.world.planar import rotate, to_parent
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
@@ -17,7 +17,7 @@ def drive(request):
     route = 'figure_of_eight' if request.param == 'room' else None
     recording = recorded(load_scene(request.param, route, ideal=True), 8.0, seed=1)
     log = simulated_drive(recording)
-    return recording.world, clouds_of(log, CONFIG)[2:]
+    return recording.world, clouds_in(log, CONFIG)[0][2:]
 
 
 def off(world, stamp_ns, points):

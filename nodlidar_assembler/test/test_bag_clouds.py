@@ -13,6 +13,7 @@ from nodlidar_assembler.bags.bag_types import BagError, Topics
 from nodlidar_assembler.bags.point_files import OutputError
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log
+from nodlidar_assembler.clouds.point_layout import xyz_in
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
@@ -84,10 +85,6 @@ def pcd_in(path):
     points = np.frombuffer(body, list(zip(header['FIELDS'], formats, strict=True)))
     assert len(points) == int(header['POINTS'][0])
     return points
-
-
-def xyz_of(points):
-    return np.stack([points[axis] for axis in 'xyz'], axis=1).astype(float)
 
 
 def of_pipeline(bag, config):
@@ -162,7 +159,7 @@ def test_points_lie_on_the_true_surfaces(simulated, tmp_path, storage):
     summary = write_clouds(tmp_path / 'bag', tmp_path / 'out.ply', config, TOPICS)
     points = PlyData.read(tmp_path / 'out.ply')['vertex'].data
     assert len(points) == summary.counts['points'] > 20_000
-    near = xyz_of(points)[np.linalg.norm(xyz_of(points), axis=1) < 3.0]
+    near = xyz_in(points)[np.linalg.norm(xyz_in(points), axis=1) < 3.0]
     [times_ns] = START_NS + np.zeros((1, len(near)), dtype=np.int64)
     distance = simulated.world.surface_distance(near, times_ns)
     assert np.sqrt(np.mean(distance**2)) < 1.5e-3
@@ -173,7 +170,7 @@ def test_points_of_a_robot_that_drives_lie_on_the_true_surfaces_in_odom(
 ):
     config = AssemblerConfig(estimator='trajectory', ego_motion='beam')
     write_clouds(driving_bag, tmp_path / 'out.pcd', config, TOPICS)
-    xyz = xyz_of(pcd_in(tmp_path / 'out.pcd'))
+    xyz = xyz_in(pcd_in(tmp_path / 'out.pcd'))
     (x, y, yaw), *_ = driving.world.base.poses(driving.odometry_stamp_ns[:1])
     cos, sin = math.cos(yaw), math.sin(yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
@@ -252,7 +249,7 @@ def test_messages_may_come_late_and_out_of_order(simulated, tmp_path):
     assert set(drops) <= {'joint samples missing at a reversal'}
     assert summary.counts['clouds'] == 40 - drops.total() >= 35
     points = PlyData.read(tmp_path / 'out.ply')['vertex'].data
-    near = xyz_of(points)[np.linalg.norm(xyz_of(points), axis=1) < 3.0]
+    near = xyz_in(points)[np.linalg.norm(xyz_in(points), axis=1) < 3.0]
     distance = simulated.world.surface_distance(near, np.full(len(near), START_NS))
     assert np.sqrt(np.mean(distance**2)) < 0.005
 
@@ -278,7 +275,7 @@ def test_scans_stamped_at_their_end_and_without_time_between_beams(driving, tmp_
     assert len(found) == len(expected) == 40
     for (_, cloud, points), (_, other, others) in zip(found, expected, strict=True):
         assert time_ns(cloud.header.stamp) == time_ns(other.header.stamp)
-        np.testing.assert_allclose(xyz_of(points), xyz_of(others), atol=1e-6)
+        np.testing.assert_allclose(xyz_in(points), xyz_in(others), atol=1e-6)
         np.testing.assert_allclose(points['time'], others['time'], atol=1e-8)
     summary = write_clouds(bag, tmp_path / 'out.mcap', config, TOPICS)
     assert summary.assembler.remarks == {ONE_INSTANT: 40}

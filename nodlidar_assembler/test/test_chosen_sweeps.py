@@ -60,9 +60,9 @@ class Servo:
         self._turned.append(self._commanded[-1] + round(late * NS_PER_S))
 
 
-def first_round(chosen, error, seed_scans=600):
+def first_round(chosen, error):
     servo = Servo(ChosenSweeps(TASK, PLANNED, 0.003, 1), error, chosen)
-    for number in range(seed_scans):
+    for number in range(600):
         servo.scan(number)
         if math.isfinite(servo.sweeps.round_time):
             return servo.sweeps.round_time

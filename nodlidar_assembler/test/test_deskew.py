@@ -48,8 +48,7 @@ def test_points_are_where_a_robot_of_that_instant_sees_them(drawn, k):
     found = deskewed(given, {0: 'first', -1: 'last'}[k])
     assert found.stamp_ns == given.time_ns[k]
     expected = np.array([seen(each, robots[k]) for each in in_odom])
-    xyz = np.stack([found.data[axis] for axis in 'xyz'], axis=1)
-    np.testing.assert_allclose(xyz, expected, atol=5e-5)  # float32 at 100 m
+    np.testing.assert_allclose(found.xyz, expected, atol=5e-5)  # float32 at 100 m
     np.testing.assert_array_equal(found.data['intensity'], given.data['intensity'])
     assert 'time' not in found.data.dtype.names
     age_ns = given.time_ns[k] - given.time_ns

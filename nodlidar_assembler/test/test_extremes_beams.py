@@ -30,7 +30,7 @@ def scanned(ranges, phi=0.0, limits=None, poses=None):
     beams = Beams(limits or geometry(), REFERENCE_LASER_POSE)
     ranges = np.broadcast_to(np.asarray(ranges, dtype=np.float32), 682)
     points = assemble(beams, START_NS, ranges, np.full(682, phi), poses=poses)
-    return points, np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(float)
+    return points, points.xyz
 
 
 @pytest.mark.parametrize('value', [0.0, 1e-45, 1e-40, 1e-3, 1e6, 1e30, LARGEST])

@@ -37,16 +37,11 @@ def around_the_robot(yaw):
     return np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=1)
 
 
-def from_odometry(points):
-    """Return a cloud's points in the frame of odometry, in float64."""
-    return np.stack([points.data[axis] for axis in 'xyz'], axis=1).astype(float) + points.origin
-
-
 @given(positions, st.floats(-3.0, 3.0))
 def test_a_million_metres_out_a_cloud_is_half_a_millimetre_off_at_most(position, yaw):
     points = assemble(BEAMS, START_NS, RANGES, PITCH, poses=turned(position, yaw))
     expected = around_the_robot(yaw) + position
-    assert np.max(np.abs(from_odometry(points) - expected)) < 0.49e-3
+    assert np.max(np.abs(points.xyz - expected)) < 0.49e-3
     assert max(np.max(np.abs(points.data[axis])) for axis in 'xyz') < 8192 + 6
 
 
@@ -54,7 +49,7 @@ def test_a_million_metres_out_a_cloud_is_half_a_millimetre_off_at_most(position,
 def test_up_to_8192_m_a_cloud_counts_from_the_origin_of_odometry(position):
     points = assemble(BEAMS, START_NS, RANGES, PITCH, poses=turned(position, 0.0))
     assert points.origin == (0, 0, 0)
-    assert np.max(np.abs(from_odometry(points) - around_the_robot(0.0) - position)) < 0.25e-3
+    assert np.max(np.abs(points.xyz - around_the_robot(0.0) - position)) < 0.25e-3
 
 
 @pytest.mark.parametrize(
@@ -89,7 +84,7 @@ def test_a_sweep_across_two_origins_is_one_cloud_in_the_frame_of_its_first_scan(
         ends.append(x[0] + 0.04 * k + 0.4 * 340 * 0.1 / 1024 + 2.0)  # of the beam straight ahead
     (cloud,) = clouds
     assert cloud.origin == (999_424, 0, 0)
-    ahead = from_odometry(cloud)[340::682, 0]
+    ahead = cloud.xyz[340::682, 0]
     np.testing.assert_allclose(ahead, ends[: len(ahead)], rtol=0, atol=1e-3)
     assert x[0] + 0.04 * len(ahead) > 1_007_616.0 + 1.0  # the other origin is the nearer by then
 

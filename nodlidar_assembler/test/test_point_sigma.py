@@ -157,7 +157,7 @@ def test_the_pipeline_judges_each_point_by_its_own_range_and_place(driving):
     config = PipelineConfig(sigma_field=True, sigma_time=0.0, sigma_pitch=0.01, sigma_range=0.0)
     clouds, _ = assemble_log(replace(driving, odometry=None), config)
     for cloud in clouds:
-        x, y, z = (cloud.data[axis].astype(float) for axis in 'xyz')
+        x, y, z = cloud.xyz.T
         squared_range = x**2 + y**2 + z**2 - 0.08**2  # the optical centre is above the pivot
         expected = 0.004**2 * squared_range + 0.01**2 * (x**2 + z**2)
         np.testing.assert_allclose(cloud.data['sigma'], np.sqrt(expected), rtol=1e-4)

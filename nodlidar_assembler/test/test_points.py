@@ -25,15 +25,11 @@ URG_AZIMUTH = (np.arange(682) + 44 - 384) * STEP
 START_NS = 1_700_000_000_000_000_000
 
 
-def xyz(points):
-    return np.stack([points.data[axis] for axis in 'xyz'], axis=-1).astype(float)
-
-
 def test_every_beam_ends_where_the_model_says():
     rng = np.random.default_rng(1)
     ranges = rng.uniform(0.1, 5.0, 682).astype(np.float32)
     phi = rng.uniform(-1.0, 1.0, 682)
-    points = xyz(assemble(Beams(URG, REFERENCE_LASER_POSE), START_NS, ranges, phi))
+    points = assemble(Beams(URG, REFERENCE_LASER_POSE), START_NS, ranges, phi).xyz
     for i in range(682):
         theta, r, z_off = (i + 44 - 384) * STEP, float(ranges[i]), 0.080
         expected = (
@@ -46,7 +42,8 @@ def test_every_beam_ends_where_the_model_says():
 
 def test_positive_pitch_points_the_forward_beam_up():
     ranges = np.full(682, 2.0, dtype=np.float32)
-    points = xyz(assemble(Beams(URG, REFERENCE_LASER_POSE), START_NS, ranges, np.full(682, 0.5)))
+    beams = Beams(URG, REFERENCE_LASER_POSE)
+    points = assemble(beams, START_NS, ranges, np.full(682, 0.5)).xyz
     assert points[384 - 44][2] > 0.5
 
 
@@ -55,7 +52,7 @@ def test_beams_may_rise_out_of_the_plane_of_the_lidar(elevation, phi):
     """They lie on a cone about the lidar's axis, which the nod tips back."""
     beams = Beams(URG, REFERENCE_LASER_POSE, elevation)
     ranges = np.full(682, 2.0, dtype=np.float32)
-    points = xyz(assemble(beams, START_NS, ranges, np.full(682, phi)))
+    points = assemble(beams, START_NS, ranges, np.full(682, phi)).xyz
     axis = np.array([-math.sin(phi), 0.0, math.cos(phi)])
     ways = points - 0.080 * axis
     np.testing.assert_allclose(np.linalg.norm(ways, axis=1), 2.0, atol=1e-6)
@@ -81,7 +78,7 @@ def test_any_mount_is_the_chain_of_its_transforms(rpy, offset, phi):
     in_laser = np.stack([np.cos(theta), np.sin(theta), np.zeros(5)]) * ranges
     in_tilt = euler2mat(*rpy, axes='sxyz') @ in_laser + np.reshape(offset, (3, 1))
     expected = axangle2mat((0.0, -1.0, 0.0), phi) @ in_tilt
-    np.testing.assert_allclose(xyz(points), expected.T, atol=2e-6)
+    np.testing.assert_allclose(points.xyz, expected.T, atol=2e-6)
 
 
 def test_only_measurements_become_points_and_times_count_from_the_first_of_them():
@@ -93,7 +90,7 @@ def test_only_measurements_become_points_and_times_count_from_the_first_of_them(
     assert points.time_ns[0] == START_NS + round(3 * 0.1 / 1024 * 1e9)
     np.testing.assert_allclose(points.data['time'], (kept - 3) * 0.1 / 1024, atol=1e-8)
     assert np.all(np.diff(points.data['time']) > 0)
-    assert np.all(np.isfinite(xyz(points)))
+    assert np.all(np.isfinite(points.xyz))
 
 
 def test_point_times_keep_microseconds_at_today_s_stamps():
@@ -152,7 +149,7 @@ def test_every_beam_starts_from_its_own_pose_of_the_base():
     moved = assemble(beams, START_NS, ranges, phi, poses=moving(682, position, yaw))
     kept = np.delete(np.arange(682), 5)
     np.testing.assert_array_equal(moved.time_ns, still.time_ns)
-    for got, at_pivot, k in zip(xyz(moved), xyz(still), kept, strict=True):
+    for got, at_pivot, k in zip(moved.xyz, still.xyz, kept, strict=True):
         expected = axangle2mat((0.0, 0.0, 1.0), yaw[k]) @ at_pivot + position[k]
         assert got == pytest.approx(expected, abs=2e-6)
 

@@ -221,7 +221,7 @@ def test_the_points_are_those_of_the_region_since_the_start():
     region = Region(-0.2, 0.3, -0.5, 1.0, cell=0.05)
     _, scan, _ = follow(region)
     points = scan.points
-    x, y, z = (points.data[axis].astype(np.float64) for axis in 'xyz')
+    x, y, z = points.xyz.T
     # Ranges are 2 m from the optical centre, 80 mm above the axis in the nodding frame.
     azimuth = np.arcsin(y / 2.0)
     pitch = np.arctan2(z, x) - np.arctan2(0.08, 2.0 * np.cos(azimuth))

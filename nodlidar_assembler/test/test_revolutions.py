@@ -14,8 +14,8 @@ def truth(turns, rate):
     return BEGIN_NS + np.rint(np.asarray(turns) * 1e8 / (1.0 + rate)).astype(np.int64)
 
 
-def jitter(size, seed, most=1e6):
-    return np.random.default_rng(seed).uniform(-most / 2, most / 2, size).astype(np.int64)
+def jitter(size, seed):
+    return np.random.default_rng(seed).uniform(-5e5, 5e5, size).astype(np.int64)
 
 
 def fitted(stamps):

@@ -23,10 +23,9 @@ def reversals_of(times_ns, pitch):
     return [reversal for reversal in found if reversal is not None]
 
 
-def samples(rate, duration, phase=0.0, quantise=True):
+def samples(rate, duration, phase=0.0):
     times_ns = START_NS + ((np.arange(duration * rate) + phase) / rate * 1e9).astype(np.int64)
-    pitch = nod().pitch(times_ns)
-    return times_ns, np.rint(pitch / TICK) * TICK if quantise else pitch
+    return times_ns, np.rint(nod().pitch(times_ns) / TICK) * TICK
 
 
 @given(st.sampled_from([40.0, 62.0, 100.0, 200.0]), st.floats(0.0, 1.0))
@@ -52,11 +51,12 @@ def test_samples_out_of_order_are_left_out():
     assert reversals_of(*shuffled) == reversals_of(times_ns, pitch)
 
 
-def scan_of(start_ns, beams=100, period_ns=1_000_000):
+def scan_of(start_ns, beams=100):
+    """Return points that are 1 ms apart."""
     data = np.zeros(beams, dtype=POINT)
-    data['time'] = np.arange(beams) * period_ns * 1e-9
-    data['x'] = (start_ns - START_NS) // period_ns + np.arange(beams)
-    return Points(start_ns + np.arange(beams) * period_ns, data)
+    data['time'] = np.arange(beams) * 1e-3
+    data['x'] = (start_ns - START_NS) // 1_000_000 + np.arange(beams)
+    return Points(start_ns + np.arange(beams) * 1_000_000, data)
 
 
 @given(st.lists(st.integers(1, 999), unique=True, max_size=6), st.integers(0, 3))

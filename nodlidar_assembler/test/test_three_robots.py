@@ -10,11 +10,11 @@ from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.ros.point_cloud import coordinates
 import numpy as np
 import rclpy
 from rclpy import utilities
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
-from sensor_msgs_py import point_cloud2
 from tf2_msgs.msg import TFMessage
 
 START_NS, MS = 1_700_000_000_000_000_000, 1_000_000
@@ -99,11 +99,7 @@ def spin_until(robots, condition):
 def own_places(robot):
     """Return how far off a sphere around the robot's own lidar each cloud's points are [m]."""
     centre = (robot.x, 0.0, LEVER)
-    points = [
-        point_cloud2.read_points_numpy(cloud, field_names=['x', 'y', 'z'])
-        for cloud in robot.clouds
-    ]
-    distances = [np.linalg.norm(each.astype(np.float64) - centre, axis=1) for each in points]
+    distances = [np.linalg.norm(coordinates(each) - centre, axis=1) for each in robot.clouds]
     return np.array([np.abs(each - robot.radius).max() for each in distances])
 
 

@@ -1,20 +1,18 @@
 """What clouds of the room have in common."""
 
+from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.world import World
 import numpy as np
 import pytest
-from sensor_msgs_py import point_cloud2
 
 CLOUDS = 50  # two sweeps and more
 
 
 def assert_on_the_room(clouds, within):
     """Clouds are nodded, and on the room within an RMS distance [m]; return their points."""
-    points = np.concatenate(
-        [point_cloud2.read_points_numpy(each, field_names=['x', 'y', 'z']) for each in clouds]
-    ).astype(np.float64)
+    points = np.concatenate([coordinates(each) for each in clouds])
     assert np.ptp(points[:, 2]) > 1.0  # it nods
     world = World(load_scene('room', ideal=True), IdealServo())
     distance = world.surface_distance(points, np.array([0]))

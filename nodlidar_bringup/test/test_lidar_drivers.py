@@ -77,8 +77,8 @@ def errors(name, config, count=30):
         for outcome in assembler.ready(0):
             assert not outcome.dropped
             clouds += outcome.assembled.clouds
-    points = [np.stack([cloud.data[axis] for axis in 'xyz'], axis=1) for cloud in clouds]
-    return np.abs(np.abs(np.concatenate(points)) - BOX).min(axis=1)
+    points = np.concatenate([cloud.xyz for cloud in clouds])
+    return np.abs(np.abs(points) - BOX).min(axis=1)
 
 
 def configured(values):

@@ -10,6 +10,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launched import launched_sensor
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_from_message
+from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 from nodlidar_sim.world.ideal_servo import IdealServo
@@ -105,14 +106,9 @@ def test_clouds_have_the_documented_fields_and_lie_on_the_scene(launched):
         assert points['time'][0] == 0.0
         assert np.all(np.diff(points['time']) > 0.0)
         assert points['time'][-1] < 0.0667
-    xyz = np.concatenate(
-        [
-            point_cloud2.read_points_numpy(cloud, field_names=['x', 'y', 'z'])
-            for cloud in clouds[5:]
-        ]
-    )
+    xyz = np.concatenate([coordinates(cloud) for cloud in clouds[5:]])
     world = World(load_scene('wall', ideal=True), IdealServo())
-    distance = world.surface_distance(xyz.astype(np.float64), np.array([0]))
+    distance = world.surface_distance(xyz, np.array([0]))
     assert np.sqrt(np.mean(distance**2)) < 0.02
 
 

@@ -8,13 +8,13 @@ import sys
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from nodlidar_bringup.ros.launched import launched_sensor
+from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_common.stamps import time_ns
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 from observer import Observer, START_TIMEOUT
 import pytest
 from sensor_msgs.msg import PointCloud2
-from sensor_msgs_py import point_cloud2
 
 RUN = 'import sys; from nodlidar_sim.commands.entry_points import emulate; sys.exit(emulate())'
 SCAN_NS = 66_600_000  # from the first beam to the last
@@ -71,12 +71,10 @@ def test_clouds_of_a_robot_that_drives_lie_on_the_room(tmp_path):
         observer.spin_until(lambda: enough() or not running.running(), 'clouds on the way')
         assert running.running(), log.read_text()
         assert running.interrupt() == 0, log.read_text()
-    xyz = []
     for cloud in clouds:
         assert cloud.header.frame_id == 'odom'
         assert [field.name for field in cloud.fields] == ['x', 'y', 'z', 'intensity', 'ring']
-        xyz.append(point_cloud2.read_points_numpy(cloud, field_names=['x', 'y', 'z']))
-    points = np.concatenate(xyz).astype(np.float64)
+    points = np.concatenate([coordinates(cloud) for cloud in clouds])
     assert len(points) > 15_000
     distance = load_scene('room', ideal=True).surfaces.surface_distance(points)
     assert np.sqrt(np.mean(distance**2)) < 0.01

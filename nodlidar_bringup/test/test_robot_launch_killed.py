@@ -24,52 +24,51 @@ def wait_until(condition, what):
         time.sleep(0.01)
 
 
+@pytest.fixture
+def nodding(tmp_path):
+    """Return a launch whose devices are on, its lidar, and the registers of its servo."""
+    devices = make_devices(load_scene('wall', ideal=True), time.time_ns(), seed=0)
+    links = {name: tmp_path / name for name in devices}
+    lidar, servo = devices['lidar'].sensor, devices['servo'].table
+    ports = [f'{name}_port:={link}' for name, link in links.items()]
+    with (
+        PseudoTerminals(devices, links),
+        launched_sensor(tmp_path / 'launch.log', 'hardware:=real', *ports) as running,
+    ):
+        wait_until(lambda: lidar.laser and servo[TORQUE_ENABLE], 'it does not nod')
+        yield running.process, lidar, servo
+
+
 @pytest.mark.parametrize(
     'victim', ['launch', 'launch of a servo node that is stopped', 'servo', 'all']
 )
-def test_a_kill_ends_all_nodes_with_torque_and_laser_off(tmp_path, victim):
-    devices = make_devices(load_scene('wall', ideal=True), time.time_ns(), seed=0)
-    links = {name: tmp_path / name for name in devices}
-    lidar, servo = devices['lidar'].sensor, devices['servo'].table
-    ports = [f'{name}_port:={link}' for name, link in links.items()]
-    with (
-        PseudoTerminals(devices, links),
-        launched_sensor(tmp_path / 'launch.log', 'hardware:=real', *ports) as running,
-    ):
-        wait_until(lambda: lidar.laser and servo[TORQUE_ENABLE], 'it does not nod')
-        processes = psutil.Process(running.process.pid).children(recursive=True)
-        nodes = {each.name(): each for each in processes}
-        if victim == 'all':
-            os.killpg(running.process.pid, signal.SIGKILL)
-        elif 'launch' in victim:
-            if 'stopped' in victim:
-                nodes['servo'].send_signal(signal.SIGSTOP)
-            running.process.kill()
-        else:
-            nodes[victim].kill()
-        wait_until(lambda: not lidar.laser, 'the laser is on')
-        wait_until(lambda: not servo[TORQUE_ENABLE], 'the torque is on')
-        running.process.wait(LONGEST)
-        _, left = psutil.wait_procs(processes, LONGEST)
-        assert not left
+def test_a_kill_ends_all_nodes_with_torque_and_laser_off(nodding, victim):
+    launch, lidar, servo = nodding
+    processes = psutil.Process(launch.pid).children(recursive=True)
+    nodes = {each.name(): each for each in processes}
+    if victim == 'all':
+        os.killpg(launch.pid, signal.SIGKILL)
+    elif 'launch' in victim:
+        if 'stopped' in victim:
+            nodes['servo'].send_signal(signal.SIGSTOP)
+        launch.kill()
+    else:
+        nodes[victim].kill()
+    wait_until(lambda: not lidar.laser, 'the laser is on')
+    wait_until(lambda: not servo[TORQUE_ENABLE], 'the torque is on')
+    launch.wait(LONGEST)
+    _, left = psutil.wait_procs(processes, LONGEST)
+    assert not left
 
 
-def test_devices_of_nodes_that_are_stopped_are_off_until_these_go_on(tmp_path):
-    devices = make_devices(load_scene('wall', ideal=True), time.time_ns(), seed=0)
-    links = {name: tmp_path / name for name in devices}
-    lidar, servo = devices['lidar'].sensor, devices['servo'].table
-    ports = [f'{name}_port:={link}' for name, link in links.items()]
-    with (
-        PseudoTerminals(devices, links),
-        launched_sensor(tmp_path / 'launch.log', 'hardware:=real', *ports) as running,
-    ):
-        wait_until(lambda: lidar.laser and servo[TORQUE_ENABLE], 'it does not nod')
-        os.killpg(running.process.pid, signal.SIGSTOP)  # as Ctrl-Z
-        wait_until(lambda: not lidar.laser, 'the laser is on')
-        wait_until(lambda: not servo[TORQUE_ENABLE], 'the torque is on')
-        os.killpg(running.process.pid, signal.SIGCONT)
-        wait_until(lambda: lidar.laser, 'the laser is off')
-        wait_until(lambda: servo[TORQUE_ENABLE], 'the torque is off')
+def test_devices_of_nodes_that_are_stopped_are_off_until_these_go_on(nodding):
+    launch, lidar, servo = nodding
+    os.killpg(launch.pid, signal.SIGSTOP)  # as Ctrl-Z
+    wait_until(lambda: not lidar.laser, 'the laser is on')
+    wait_until(lambda: not servo[TORQUE_ENABLE], 'the torque is on')
+    os.killpg(launch.pid, signal.SIGCONT)
+    wait_until(lambda: lidar.laser, 'the laser is off')
+    wait_until(lambda: servo[TORQUE_ENABLE], 'the torque is off')
 
 
 LAUNCHER = """

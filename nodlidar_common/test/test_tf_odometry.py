@@ -50,8 +50,8 @@ class Bench:
         self.backs += 1
         self.poses.clear()
 
-    def hear(self, ms, x=0.0, parent='odom', child='base', z=0.0, number=None):
-        self.hear_all(transform(ms, x, parent, child, z), number=number)
+    def hear(self, ms, x=0.0, parent='odom', child='base', number=None):
+        self.hear_all(transform(ms, x, parent, child), number=number)
 
     def hear_all(self, *transforms, number=None):
         info = {'publication_sequence_number': number or next(self._numbers)}

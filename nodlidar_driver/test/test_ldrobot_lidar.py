@@ -101,6 +101,15 @@ class Rig:
         return ((scan.stamp_ns - true_ns) + beams * period_ns) / MS, off(first), true
 
 
+def gaps_in(rig, scan, worst_ms=0.4):
+    """Check that all beams of a scan but its gaps are right; return which are gaps."""
+    off_ms, _, true = rig.errors(scan)
+    gaps = np.isnan(scan.ranges)
+    assert np.abs(off_ms).max() < worst_ms
+    np.testing.assert_allclose(scan.ranges[~gaps], room(true)[~gaps], atol=0.00051)
+    return gaps
+
+
 def late(worst_ms, seed=1):
     """Return what delivers bytes late by up to some ms, some much later."""
     rng, waiting = np.random.default_rng(seed), []
@@ -199,11 +208,8 @@ def test_lost_packets_leave_gaps_where_they_were():
     rig = Rig(change=lose)
     lost = beams = 0
     for scan in rig.read(200):
-        off_ms, off, true = rig.errors(scan)
-        assert np.abs(off_ms).max() < 0.4
-        assert np.sqrt(np.mean(off**2)) < math.radians(0.4)
-        gaps = np.isnan(scan.ranges)
-        np.testing.assert_allclose(scan.ranges[~gaps], room(true)[~gaps], atol=0.00051)
+        gaps = gaps_in(rig, scan)
+        assert np.sqrt(np.mean(rig.errors(scan)[1] ** 2)) < math.radians(0.4)
         lost, beams = lost + int(gaps.sum()), beams + len(gaps)
     assert lost / beams == pytest.approx(0.1, abs=0.02)
     assert rig.lidar.lost[REFUSED] == 0
@@ -221,10 +227,7 @@ def test_changed_bytes_cost_the_beams_of_their_packets_only():
 
     rig = Rig(change=change)
     for scan in rig.read(200):
-        off_ms, _, true = rig.errors(scan)
-        good = ~np.isnan(scan.ranges)
-        assert np.abs(off_ms).max() < 0.4
-        np.testing.assert_allclose(scan.ranges[good], room(true)[good], atol=0.00051)
+        gaps_in(rig, scan)
     packets = rig.lidar.lost[USELESS] / PACKET.itemsize
     assert packets == pytest.approx(0.2 * 200 * 450 / 48, rel=0.3)
     assert rig.lidar.lost[BEAMS] == pytest.approx(12 * packets, rel=0.1)
@@ -308,11 +311,7 @@ def test_a_wrong_packet_with_a_right_sum_costs_its_beams_only(change, at):
     scans = rig.read(5)
     assert rig.lidar.lost[REFUSED] == 1
     for scan in scans:
-        off_ms, _, true = rig.errors(scan)
-        good = ~np.isnan(scan.ranges)
-        assert np.abs(off_ms).max() < 0.4
-        np.testing.assert_allclose(scan.ranges[good], room(true)[good], atol=0.00051)
-        assert len(scan.ranges) - good.sum() <= 12
+        assert gaps_in(rig, scan).sum() <= 12
 
 
 @pytest.mark.parametrize('speed', [0, 1800, 7200])
@@ -329,14 +328,10 @@ def test_the_speed_that_the_lidar_states_does_not_matter(speed):
 @pytest.mark.parametrize('count', [1, 3, 30])
 def test_packets_lost_anywhere_in_a_revolution_are_gaps_and_counted(begin, count):
     rig = Rig(change=changed(lambda packet: [], lambda n: begin <= n < begin + count))
-    scans = rig.read(12)
-    for scan in scans:
-        off_ms, _, true = rig.errors(scan)
-        good = ~np.isnan(scan.ranges)
-        assert np.abs(off_ms).max() < 0.6
-        np.testing.assert_allclose(scan.ranges[good], room(true)[good], atol=0.00051)
+    lost = 0
+    for scan in rig.read(12):
+        lost += gaps_in(rig, scan, worst_ms=0.6).sum()
         assert len(scan.ranges) == pytest.approx(450, abs=15)
-    lost = sum(np.isnan(scan.ranges).sum() for scan in scans)
     missing = rig.lidar.lost[REVOLUTIONS]
     assert rig.lidar.lost[BEAMS] == pytest.approx(lost, abs=1)  # one may be behind the window
     assert lost + 450 * missing == pytest.approx(12 * count, abs=25 if missing else 1)

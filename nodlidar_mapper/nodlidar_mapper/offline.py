@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable
 
-from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
+from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.geometry.poses import Array, matrix_from
@@ -15,11 +14,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 LIMITS = OdometryConfig()
-
-
-def clouds_of(log: SensorLog, config: AssemblerConfig) -> list[Points]:
-    """Return the deskewed clouds of a drive that have odometry; raises BagError without any."""
-    return clouds_in(log, config)[0]
 
 
 def estimates(

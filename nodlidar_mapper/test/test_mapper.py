@@ -4,6 +4,7 @@ from copy import deepcopy
 from dataclasses import replace
 
 from nodlidar_assembler.bags.read_bag import read_drive
+from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
@@ -11,7 +12,7 @@ from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, moved, planar
 from nodlidar_mapper.mapper import FIRST, Mapper
-from nodlidar_mapper.offline import age_of, clouds_of, estimates, mount_of, odometry_at
+from nodlidar_mapper.offline import age_of, estimates, mount_of, odometry_at
 from nodlidar_mapper.output.grid import FREE, grid_of, GridConfig, OCCUPIED
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.bag import write_bag
@@ -60,7 +61,7 @@ def log(recording, tmp_path_factory):
 @pytest.fixture(scope='module')
 def drive(log):
     mapper = Mapper(MapConfig())
-    return mapper, estimates(mapper, clouds_of(log, CONFIG), log)
+    return mapper, estimates(mapper, clouds_in(log, CONFIG)[0], log)
 
 
 def truth_at(recording, stamp_ns):
@@ -100,7 +101,7 @@ def test_the_way_is_known_much_better_than_by_odometry(recording, drive, log):
 def test_a_sensor_that_looks_back_and_down_maps_as_well(tmp_path):
     tilted = recorded(mount=(-0.2, 0.1, 0.9, 0.0, 0.4, np.pi), duration=DURATION / 2.0)
     mapper, log = Mapper(MapConfig()), log_of(tilted, tmp_path)
-    found = estimates(mapper, clouds_of(log, CONFIG), log)
+    found = estimates(mapper, clouds_in(log, CONFIG)[0], log)
     by_map = errors(tilted, found, mapper.poses_of(found))
     assert np.sqrt(np.mean(by_map**2)) < 0.02
     assert not any(each.lost for each in found[1:])
@@ -109,7 +110,7 @@ def test_a_sensor_that_looks_back_and_down_maps_as_well(tmp_path):
 def test_the_first_poses_are_right_at_full_speed(tmp_path):
     fast = recorded(faster=2.0, duration=DURATION / 2.0)
     mapper, log = Mapper(MapConfig()), log_of(fast, tmp_path)
-    found = estimates(mapper, clouds_of(log, CONFIG), log)
+    found = estimates(mapper, clouds_in(log, CONFIG)[0], log)
     live = errors(fast, found[FIRST - 1 :], [each.pose for each in found[FIRST - 1 :]])
     final = errors(fast, found, mapper.poses_of(found))
     assert np.sqrt(np.mean(final**2)) < 0.004  # 0.008 if the first clouds are mapped once
@@ -117,7 +118,7 @@ def test_the_first_poses_are_right_at_full_speed(tmp_path):
 
 
 def test_places_before_the_first_surface_stay_where_they_were(log):
-    mapper, clouds = Mapper(MapConfig()), clouds_of(log, CONFIG)
+    mapper, clouds = Mapper(MapConfig()), clouds_in(log, CONFIG)[0]
     before = []
     for cloud in clouds[:2]:
         odometry = odometry_at(log, cloud.stamp_ns)
@@ -170,7 +171,7 @@ def test_the_map_does_not_grow_where_all_was_seen(drive, log):
     before = len(mapper.keyframes), sum(len(each.surface.points) for each in mapper.keyframes)
     again = deepcopy(mapper)
     last = odometry_at(log, found[-1].stamp_ns)
-    cloud = clouds_of(log, CONFIG)[-1]
+    cloud = clouds_in(log, CONFIG)[0][-1]
     for k in range(1, 31):
         stamp_ns = cloud.stamp_ns + k * NS
         assert not again.add(Cloud(stamp_ns, cloud.xyz, last, mount_of(log), age_of(cloud))).lost
@@ -180,7 +181,7 @@ def test_the_map_does_not_grow_where_all_was_seen(drive, log):
 
 
 def test_clouds_of_another_place_are_not_believed(recording, log):
-    clouds, mapper = clouds_of(log, CONFIG), Mapper(MapConfig())
+    clouds, mapper = clouds_in(log, CONFIG)[0], Mapper(MapConfig())
     for cloud in clouds[:15]:
         good = mapper.add(Cloud(cloud.stamp_ns, cloud.xyz, odometry_at(log, cloud.stamp_ns)))
     keyframes = len(mapper.keyframes)
@@ -222,7 +223,7 @@ def test_the_grid_is_free_along_the_way_and_occupied_at_the_walls(recording, dri
 @pytest.mark.parametrize('first', [np.empty((0, 3)), np.full((50, 3), np.nan), np.ones((1, 3))])
 def test_first_clouds_with_nothing_to_match_do_not_matter(log, first):
     mapper = Mapper(MapConfig())
-    clouds = clouds_of(log, CONFIG)
+    clouds = clouds_in(log, CONFIG)[0]
     for cloud in clouds[:2]:
         odometry = odometry_at(log, cloud.stamp_ns)
         assert mapper.add(Cloud(cloud.stamp_ns, first, odometry)).lost == 'no map yet'

@@ -4,6 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from nodlidar_assembler.bags.read_bag import read_drive
+from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
@@ -11,7 +12,7 @@ from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, moved, planar
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.offline import clouds_of, odometry_at
+from nodlidar_mapper.offline import odometry_at
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
@@ -61,7 +62,7 @@ def clouds(recordings, tmp_path_factory):
         log = read_drive(bag, CONFIG)
         found += [
             (cloud.stamp_ns, name, cloud.xyz, odometry_at(log, cloud.stamp_ns))
-            for cloud in clouds_of(log, CONFIG)
+            for cloud in clouds_in(log, CONFIG)[0]
         ]
     return sorted(found, key=lambda each: each[0])
 

@@ -19,8 +19,8 @@ from nodlidar_planner.error_budget.swing import Swing
 from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_planner.pattern.task import Task
 from nodlidar_sim.devices.servo_models import EMULATED
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.servo.encoder import Encoder
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -51,9 +51,9 @@ def true_places():
     return places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch)
 
 
-def squares(name, swing=SWING, **errors):
+def squares(name, **errors):
     """Return the mean squares of one source, the only one with errors but for the encoder's."""
-    found = ErrorBudget(replace(NOTHING, **errors), swing, LEVER).squares(BEAMS)
+    found = ErrorBudget(replace(NOTHING, **errors), SWING, LEVER).squares(BEAMS)
     rest = sum(np.abs(found[other]).max() for other in SOURCES if other != name)
     assert rest < 1e-5 * found[name].max()
     return found[name]

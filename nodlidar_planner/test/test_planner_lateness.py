@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 
-def add_scans(lateness, way, durations, scans=200, seed=1):
+def add_scans(lateness, way, durations):
     """Add scans at random times of sweeps of some durations [samples]."""
-    rng = np.random.default_rng(seed)
-    for _ in range(scans):
+    rng = np.random.default_rng(1)
+    for _ in range(200):
         duration = rng.choice(durations)
         since = np.sort(rng.uniform(0.0, duration, 300))
         lateness.add(since, np.full(300, float(duration)), way(since, duration))

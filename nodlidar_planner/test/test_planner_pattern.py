@@ -31,17 +31,17 @@ def quarter_heights(pattern, n):
     return half - abs(m % (2 * half) - half)
 
 
-def hits(pattern, count=None):
-    """Return how often samples 0 .. count - 1 (one period) hit each (step, quarter height)."""
+def hits(pattern):
+    """Return how often the samples of a period hit each (step, quarter height)."""
     n_l, heights = pattern.steps_per_revolution, 4 * pattern.samples_per_sweep + 1
-    n = np.arange(pattern.period if count is None else count)
+    n = np.arange(pattern.period)
     direction = n % n_l * heights + quarter_heights(pattern, n)
     return np.bincount(direction, minlength=n_l * heights).reshape(n_l, heights)
 
 
-def finest_grid(pattern, count=None):
+def finest_grid(pattern):
     """Return the hits of the cells of the finest grid, N_L steps by N_s rows (k + 1/2)."""
-    found = hits(pattern, count)
+    found = hits(pattern)
     assert found[:, 2::4].sum() == found.sum()
     return found[:, 2::4]
 

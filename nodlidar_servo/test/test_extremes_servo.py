@@ -23,9 +23,8 @@ DYNAMICS = Dynamics(ACCELERATION, RX24F.speed_unit, RX24F.fastest)
 LOW, HIGH = -0.8, 0.8
 
 
-def nod_of(span, duration, low=None):
-    low = -span / 2 if low is None else low
-    return Nod(low, low + span, duration, 4001, START_NS)
+def nod_of(span, duration):
+    return Nod(-span / 2, span / 2, duration, 4001, START_NS)
 
 
 def longest_sweep(span):

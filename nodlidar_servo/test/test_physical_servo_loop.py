@@ -1,8 +1,8 @@
 """The servo's loop keeps its phase on a servo by physics, in virtual time."""
 
 from nodlidar_servo.device.config import ServoConfig
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.servo.physical_servo import PhysicalServo
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
 from test_servo_loop import Bench, NOD, START_NS, SWEEP

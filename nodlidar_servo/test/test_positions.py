@@ -13,12 +13,12 @@ START_NS = 1_800_000_000_000_000_000
 PERIOD_NS = 10_000_000
 
 
-def accepted(ticks, period_ns=PERIOD_NS):
+def accepted(ticks):
     """Return which of some positions, one in each period, are accepted."""
     check, verdicts = PositionCheck(MODEL, ServoConfig().acceleration), []
     for index, tick in enumerate(ticks):
         try:
-            check.accept(START_NS + index * period_ns, tick)
+            check.accept(START_NS + index * PERIOD_NS, tick)
         except PositionError:
             verdicts.append(False)
         else:

@@ -17,9 +17,9 @@ from nodlidar_sim.devices import x_table as table
 from nodlidar_sim.devices.servo_models import EMULATED, make_emulator
 from nodlidar_sim.devices.x_servo import TICK, XServoEmulator
 from nodlidar_sim.ports.virtual_port import VirtualClock, VirtualPort
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.servo.physical_servo import PhysicalServo
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
 from servo_bench import ServoBench, START_NS

@@ -1,8 +1,8 @@
 from nodlidar_sim.devices.controlled_joint import ControlledJoint
 from nodlidar_sim.devices.trajectory_controller import Trajectory
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.servo.physical_servo import PhysicalServo
-from nodlidar_sim.world.servo_section import load_servo
 import numpy as np
 import pytest
 

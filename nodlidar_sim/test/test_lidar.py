@@ -7,9 +7,9 @@ from nodlidar_common.nod import Nod
 from nodlidar_sim.devices.make_devices import make_devices, with_ld19
 from nodlidar_sim.devices.urg_scan import Revolution
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.device_section import load_lidar
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters
-from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.nod_motion import PiecewiseMotion
 from nodlidar_sim.world.raycast import PLAIN
 from nodlidar_sim.world.scene import load_scene, parse_scene

@@ -7,9 +7,9 @@ import time
 from nodlidar_common.nod import Nod
 from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.simulation import simulate
+from nodlidar_sim.world.device_section import load_servo, servo_names
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.sensor_model import SensorModel
-from nodlidar_sim.world.servo_section import load_servo, servo_names
 import numpy as np
 import pytest
 

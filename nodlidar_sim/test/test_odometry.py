@@ -30,9 +30,9 @@ def test_errors_too_small_to_see_change_nothing_that_is_seen():
     np.testing.assert_allclose(tiny, odometry(WINDING), atol=1e-9)
 
 
-def ends(plan, start=(0.0, 0.0, 0.0), runs=1500, **effects):
+def ends(plan, runs=1500, **effects):
     times = np.arange(51) * (S // 50)
-    route = plan.route(start, 0)
+    route = plan.route((0.0, 0.0, 0.0), 0)
     return np.array(
         [Odometer(route, Effects(**effects), 0, seed).poses(times)[-1] for seed in range(runs)]
     )

@@ -5,13 +5,13 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
+from nodlidar_sim.world.device_section import load_servo, servo_names, servo_parameters
 from nodlidar_sim.world.scene import parse_scene
 from nodlidar_sim.world.section import Section
 from nodlidar_sim.world.servo.encoder import Encoder, MOST_BLOCKS
 from nodlidar_sim.world.servo.firmware import Compliance, Firmware
 from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo.physical_servo import PhysicalServo
-from nodlidar_sim.world.servo_section import load_servo, servo_names, servo_parameters
 import numpy as np
 import pytest
 

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from nodlidar_sim.devices.make_devices import make_devices
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.scene import load_scene
 from nodlidar_sim.world.servo.physical_servo import PhysicalServo
-from nodlidar_sim.world.servo_section import load_servo
 import pytest
 from test_rx_servo import Bus
 

@@ -12,13 +12,12 @@ from nodlidar_common.nod import Nod
 from nodlidar_common.yaml_file import YamlError
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world import objects as objects_module
+from nodlidar_sim.world.device_section import load_lidar, load_servo
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.ideal_servo import IdealServo
-from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import load_scene, parse_scene, route_names, scene_names
 from nodlidar_sim.world.section import SceneError
-from nodlidar_sim.world.servo_section import load_servo
 from nodlidar_sim.world.world import World
 import numpy as np
 import pytest

@@ -5,9 +5,9 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
+from nodlidar_sim.world.device_section import load_servo, servo_names
 from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo.plant import Plant
-from nodlidar_sim.world.servo_section import load_servo, servo_names
 import numpy as np
 import pytest
 

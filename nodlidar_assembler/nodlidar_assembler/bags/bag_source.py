@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.bags.bag_types import BagError, STATIC, Topics, USUAL
-from nodlidar_assembler.bags.cut_mcap import CutMcapReader
-from nodlidar_assembler.bags.cut_sqlite import CutSqliteReader
+from nodlidar_assembler.bags.truncated_mcap import TruncatedMcapReader
+from nodlidar_assembler.bags.truncated_sqlite import TruncatedSqliteReader
 from nodlidar_common.bag_messages import JOINT_STATE, SCAN, STORE
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, ReaderError
 
-AnyReader = Reader | CutMcapReader | CutSqliteReader
-_CUT: dict[str, type[CutMcapReader | CutSqliteReader]] = {
-    '.mcap': CutMcapReader,
-    '.db3': CutSqliteReader,
+AnyReader = Reader | TruncatedMcapReader | TruncatedSqliteReader
+_TRUNCATED: dict[str, type[TruncatedMcapReader | TruncatedSqliteReader]] = {
+    '.mcap': TruncatedMcapReader,
+    '.db3': TruncatedSqliteReader,
 }
 MOST_NS = 2**63  # ROS counts time in 63 bits
 _COMPRESSED = '.zstd'
@@ -120,8 +120,8 @@ class BagSource:
                 self.notes.append(f"'{file.name}' is compressed: unpack it with unzstd")
                 continue
             reader, why = self._opened(partial(Reader, file))
-            if reader is None and file.suffix in _CUT:
-                reader, why = self._opened(partial(_CUT[file.suffix], file))
+            if reader is None and file.suffix in _TRUNCATED:
+                reader, why = self._opened(partial(_TRUNCATED[file.suffix], file))
                 if reader is not None:
                     why = f"'{file.name}' ends early: read up to there"
             if reader is not None:
@@ -259,6 +259,6 @@ def _files(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     files = list(path.iterdir())
-    found = [file for file in files if file.suffix in _CUT]
+    found = [file for file in files if file.suffix in _TRUNCATED]
     found += [f for f in files if f.suffix == _COMPRESSED and f.with_suffix('') not in found]
     return sorted(found, key=lambda file: (len(file.name), file.name))

@@ -6,7 +6,7 @@ from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_types import STATIC
-from nodlidar_assembler.bags.transforms import (
+from nodlidar_assembler.bags.fixed_transforms import (
     carried,
     Fixed,
     fixed_pose,

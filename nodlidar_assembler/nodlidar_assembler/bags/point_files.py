@@ -45,7 +45,6 @@ class PointFile:
     """
 
     def __init__(self, path: Path, header: Header) -> None:
-        self._path = path
         self._file: BinaryIO = path.open('wb')
         self._file.write(b' ' * _HEADER_LENGTH)
         self._header = header

@@ -19,16 +19,13 @@ from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.whole_file import named, whole_file
 from nodlidar_demo.options import check_duration, new_bag
 from nodlidar_mapper.commands.map_bag import main as map_bag
-from nodlidar_mapper.geometry.poses import planar
+from nodlidar_mapper.geometry.poses import moved, planar
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 import yaml
-
-Array = NDArray[np.float64]
 
 START_NS = 1_700_000_000 * NS_PER_S
 SIMULATED_RATE = 10_240  # steps of the lidar per second
@@ -98,8 +95,7 @@ def _draw_plan(
     left, right, bottom, top = extent
     x, y = np.meshgrid(np.arange(left, right, CELL), np.arange(bottom, top, CELL))
     at = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    pose = planar(*start)
-    world = at @ pose[:3, :3].T + pose[:3, 3]
+    world = moved(planar(*start), at)
     nearest = np.full(len(at), np.inf)
     for height in HEIGHTS:
         world[:, 2] = height

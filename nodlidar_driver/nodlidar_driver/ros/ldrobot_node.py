@@ -6,7 +6,6 @@ import sys
 
 from nodlidar_common.host_time import raw_ns
 from nodlidar_common.ldrobot import RANGE_MM
-from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_driver.base.reader import READ_TIMEOUT, Reader
@@ -21,7 +20,7 @@ class LdrobotNode(LidarNode):
     """Reads an LD06 or LD19."""
 
     def __init__(self) -> None:
-        super().__init__('driver', LdrobotConfig)
+        super().__init__(LdrobotConfig)
 
     def configure(self) -> None:
         """Restart the counts."""
@@ -37,10 +36,10 @@ class LdrobotNode(LidarNode):
         lidar.connect()
         self.diagnosis.connected(lidar, steady_ns())
 
-    def message(self, scan: LdrobotScan, stamp_ns: int) -> LaserScan:
-        """Return the message of a scan whose first beam was at a time [ns]."""
+    def message(self, scan: LdrobotScan) -> LaserScan:
+        """Return the message of a scan, without its header."""
         least, greatest = RANGE_MM
-        message = LaserScan(
+        return LaserScan(
             angle_min=scan.azimuth,
             angle_max=scan.azimuth + scan.azimuth_step * (len(scan.ranges) - 1),
             angle_increment=scan.azimuth_step,
@@ -51,9 +50,6 @@ class LdrobotNode(LidarNode):
             ranges=array.array('f', scan.ranges.tobytes()),
             intensities=array.array('f', scan.confidences.tobytes()),
         )
-        message.header.frame_id = self.config.frame_id
-        message.header.stamp = time_message(stamp_ns)
-        return message
 
 
 def main() -> None:

@@ -6,9 +6,9 @@ from typing import Any
 from nodlidar_common.host_time import HostTime, SteadyTime
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
+from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_driver.base.diagnosis import LidarDiagnosis
-from nodlidar_driver.ros.messages import arrival_message
 import numpy as np
 from sensor_msgs.msg import LaserScan, TimeReference
 
@@ -24,8 +24,8 @@ class LidarNode(DeviceNode):
 
     diagnosis: LidarDiagnosis
 
-    def __init__(self, name: str, config_class: type[Any]) -> None:
-        super().__init__(name, config_class)
+    def __init__(self, config_class: type[Any]) -> None:
+        super().__init__('driver', config_class)
         self._host_time, self._steady_time = HostTime(), SteadyTime()
         self.configure()
         self._lidar: Any = None
@@ -37,8 +37,8 @@ class LidarNode(DeviceNode):
             TimeReference, '~/arrival', _DEPTH, qos_overriding_options=OVERRIDABLE
         )
 
-    def message(self, scan: Any, stamp_ns: int) -> LaserScan:
-        """Return the message of a scan whose first beam was at a time [ns]."""
+    def message(self, scan: Any) -> LaserScan:
+        """Return the message of a scan, without its header."""
         raise NotImplementedError
 
     def cycle(self) -> None:
@@ -47,11 +47,17 @@ class LidarNode(DeviceNode):
         self.diagnosis.clock_set(self._host_time.update())
         ahead_ns = self._host_time.ahead_ns
         stamp_ns = scan.stamp_ns + ahead_ns + round(self.config.stamp_offset * NS_PER_S)
-        message = self.message(scan, stamp_ns)
-        self._scans.publish(message)
+        message = self.message(scan)
+        self._publish(self._scans, message, stamp_ns)
         if self._arrivals.get_subscription_count():
-            self._arrivals.publish(arrival_message(message, scan.arrival_ns + ahead_ns))
+            arrival = TimeReference(time_ref=message.header.stamp, source='last byte')
+            self._publish(self._arrivals, arrival, scan.arrival_ns + ahead_ns)
         self.diagnosis.published(scan)
+
+    def _publish(self, publisher: Any, message: Any, stamp_ns: int) -> None:
+        header = message.header
+        header.stamp, header.frame_id = time_message(stamp_ns), self.config.frame_id
+        publisher.publish(message)
 
     def _on_steady_clock(self, scan: Any) -> Any:
         """Return a scan that was dated by the raw clock with its times on the steady clock."""

@@ -1,5 +1,6 @@
 """The lifecycle node of a Hokuyo lidar: publishes its scans."""
 
+import array
 import sys
 
 from nodlidar_common.host_time import raw_ns
@@ -8,7 +9,6 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_driver.base.reader import READ_TIMEOUT
 from nodlidar_driver.config import DriverConfig
 from nodlidar_driver.ros.lidar_node import LidarNode
-from nodlidar_driver.ros.messages import fill_scan, scan_template
 from nodlidar_driver.scip.diagnosis import ScipDiagnosis
 from nodlidar_driver.scip.lidar import Lidar, Scan
 from nodlidar_driver.scip.scan_account import ScanAccount
@@ -21,7 +21,7 @@ class DriverNode(LidarNode):
     """Reads a Hokuyo lidar of SCIP 2.0."""
 
     def __init__(self) -> None:
-        super().__init__('driver', DriverConfig)
+        super().__init__(DriverConfig)
 
     def configure(self) -> None:
         """Restart the counts."""
@@ -35,13 +35,21 @@ class DriverNode(LidarNode):
         scip = ScipPort(port, raw_ns, config.timeout, self.thread.keep_going)
         self._lidar = lidar = Lidar(scip, config.window, self._account)
         lidar.connect()
-        self._message = scan_template(lidar.window, config.frame_id, lidar.capabilities)
         self.diagnosis.connected(lidar, steady_ns())
 
-    def message(self, scan: Scan, stamp_ns: int) -> LaserScan:
-        """Return the message of a scan whose first beam was at a time [ns]."""
-        fill_scan(self._message, self._lidar.window, stamp_ns, scan.revolution, scan.ranges)
-        return self._message
+    def message(self, scan: Scan) -> LaserScan:
+        """Return the message of a scan, without its header."""
+        window, capabilities = self._lidar.window, self._lidar.capabilities
+        return LaserScan(
+            angle_min=window.angle_min,
+            angle_max=window.angle_max,
+            angle_increment=window.angle_increment,
+            time_increment=scan.revolution / window.steps_per_revolution * window.cluster,
+            scan_time=scan.revolution * (window.skip + 1),
+            range_min=capabilities.range_min,
+            range_max=capabilities.range_max,
+            ranges=array.array('f', scan.ranges.tobytes()),
+        )
 
 
 def main() -> None:

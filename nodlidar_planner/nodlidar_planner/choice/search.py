@@ -107,7 +107,7 @@ class _Search:
         progress: Progress,
     ) -> None:
         self._task = task
-        self._guard = margin
+        self._margin = margin
         self._count = count
         self._start_pitch = start_pitch
         self._progress = progress
@@ -149,7 +149,7 @@ class _Search:
                 int(starts[column]),
                 int(widths[column]),
                 math.ceil(self._to_beat * self._task.scan_rate) + 1,
-                self._guard,
+                self._margin,
                 self._start_pitch,
             )
             bound[open_] = np.maximum(bound[open_], column_bound)
@@ -160,7 +160,7 @@ class _Search:
     def _evaluate(self, samples_per_sweep: int) -> None:
         if samples_per_sweep not in self._times:
             pattern = pattern_from(self._task, samples_per_sweep, self._start_pitch)
-            coverage = Coverage(self._task, pattern, self._guard)
+            coverage = Coverage(self._task, pattern, self._margin)
             self._times[samples_per_sweep] = coverage.completion_time()
             times = sorted([*self._times.values(), *[self._limit] * self._count])
             self._to_beat = times[self._count - 1]

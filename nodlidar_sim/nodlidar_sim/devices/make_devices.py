@@ -11,10 +11,10 @@ from nodlidar_sim.devices.scip_models import SCIP_MODELS
 from nodlidar_sim.devices.servo_models import EMULATED, make_emulator
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
+from nodlidar_sim.world.device_section import load_lidar
 from nodlidar_sim.world.effects import imperfect
 from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.lidar import Lidar
-from nodlidar_sim.world.lidar_section import load_lidar
 from nodlidar_sim.world.nod_motion import Motion, ServoShaft
 from nodlidar_sim.world.odometry import Base
 from nodlidar_sim.world.scene import Scene

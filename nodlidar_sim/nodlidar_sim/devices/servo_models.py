@@ -10,9 +10,9 @@ from nodlidar_sim.devices.rx_table import AX12A, AX18A, MX28, RX24F, RX28, RX64,
 from nodlidar_sim.devices.sts_servo import StsEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
 from nodlidar_sim.devices.x_table import MX28_2, XKind, XL330_M077, XL330_M288, XL430
+from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.nod_motion import ServoShaft
 from nodlidar_sim.world.scene import Scene
-from nodlidar_sim.world.servo_section import load_servo
 
 
 class EmulatedServo(NamedTuple):

@@ -1,4 +1,4 @@
-"""A section of a scene that describes a device: a set by name or path, and what differs."""
+"""The sections `lidar` and `servo` of a scene: a set by name or path, and what differs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from dataclasses import Field, fields
 from typing import Any, Generic, TypeVar
 
 from nodlidar_sim.world import shipped
+from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.section import Section
+from nodlidar_sim.world.servo.parameters import ServoParameters
 
 _MOST = 1e6  # magnitude of a value, in its unit
 _Parameters = TypeVar('_Parameters')
@@ -90,3 +92,10 @@ def _value(section: Section, key: str, default: object) -> float | bool:
             raise section.error(key, 'a whole number', number)
         return int(number)
     return number
+
+
+_LIDAR = DeviceSection('lidar', LidarParameters)
+lidar_parameters, load_lidar = _LIDAR.read, _LIDAR.load
+
+_SERVO = DeviceSection('servo', ServoParameters)
+servo_names, servo_parameters, load_servo = _SERVO.names, _SERVO.read, _SERVO.load

@@ -105,10 +105,6 @@ class IdealServo:
         """Return the same as position: there is no backlash."""
         return self.position(times_ns)
 
-    def shaft_velocity(self, times_ns: Times) -> Array:
-        """Return the same as velocity."""
-        return self.velocity(times_ns)
-
     def encoder(self, times_ns: Times) -> Array:
         """Return the same as position: the device rounds it."""
         return self.position(times_ns)

@@ -38,9 +38,6 @@ class ServoShaft(Motion, Protocol):
     def shaft_position(self, times_ns: Times) -> Array:
         """Return the angle of the shaft [rad] at each time [ns]."""
 
-    def shaft_velocity(self, times_ns: Times) -> Array:
-        """Return the speed of the shaft [rad/s] at each time [ns]."""
-
     def encoder(self, times_ns: Times) -> Array:
         """Return the angle [rad] that the servo measures at each time [ns]."""
 

@@ -8,16 +8,15 @@ from pathlib import Path
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import parse_yaml
 from nodlidar_sim.world import shipped
+from nodlidar_sim.world.device_section import lidar_parameters, servo_parameters
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.lidar_parameters import LidarParameters
-from nodlidar_sim.world.lidar_section import lidar_parameters
 from nodlidar_sim.world.moving import Mover
 from nodlidar_sim.world.objects import POSE, read_object, read_plan
 from nodlidar_sim.world.raycast import Surfaces, surfaces_of
 from nodlidar_sim.world.route import Leg, Plan, Route, Velocity
 from nodlidar_sim.world.section import SceneError, Section
 from nodlidar_sim.world.servo.parameters import ServoParameters
-from nodlidar_sim.world.servo_section import servo_parameters
 from nodlidar_sim.world.shapes import Shape
 
 

@@ -4,11 +4,10 @@ from array import array
 import sys
 
 import numpy as np
-from numpy.lib.recfunctions import structured_to_unstructured
 from sensor_msgs.msg import PointCloud2, PointField
 from underlay_refusal import refuse, refuse_arguments
 
-__all__ = ['create_cloud', 'read_points', 'read_points_numpy']
+__all__ = ['create_cloud', 'read_points']
 __getattr__ = refuse(__name__, __all__)
 
 _TYPES = {
@@ -50,18 +49,6 @@ def _point_type(fields, point_step, order='='):
             'itemsize': point_step,
         }
     )
-
-
-def read_points_numpy(cloud, field_names=None, **uncovered):
-    """Return a cloud's points as an array of shape (points, fields); see :func:`read_points`.
-
-    The fields wanted must be of one type.
-    """
-    points = read_points(cloud, field_names, **uncovered)
-    assert len({points.dtype[name] for name in points.dtype.names}) == 1, (
-        'All fields need to have the same datatype; use read_points otherwise.'
-    )
-    return structured_to_unstructured(points)
 
 
 def create_cloud(header, fields, points, point_step=None):

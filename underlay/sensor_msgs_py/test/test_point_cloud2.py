@@ -1,11 +1,10 @@
 import struct
-import sys
 
 import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2, PointField
 from sensor_msgs_py import point_cloud2
-from sensor_msgs_py.point_cloud2 import create_cloud, read_points, read_points_numpy
+from sensor_msgs_py.point_cloud2 import create_cloud, read_points
 from std_msgs.msg import Header
 
 FIELDS = [
@@ -42,15 +41,6 @@ def test_reading_gives_a_view(cloud):
     assert read_points(cloud)['x'][0] == 9.0
     if not cloud.is_bigendian:
         assert struct.unpack_from('<f', cloud.data)[0] == 9.0
-
-
-def test_fields_of_one_type_make_an_array(cloud):
-    array = read_points_numpy(cloud, field_names=['y', 'x'])
-    np.testing.assert_array_equal(array, [(0.25, 1.5), (3.0, -2.0)])
-    if cloud.is_bigendian == (sys.byteorder == 'big'):
-        assert array.dtype == np.float32
-    with pytest.raises(AssertionError, match='same datatype'):
-        read_points_numpy(cloud)
 
 
 @pytest.mark.parametrize('step', [12, 16])

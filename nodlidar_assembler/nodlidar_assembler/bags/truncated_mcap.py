@@ -12,7 +12,7 @@ from rosbags.rosbag2.storage_mcap import McapReader
 MAGIC = b'\x89MCAP0\r\n'
 
 
-class CutMcapReader(McapReader):
+class TruncatedMcapReader(McapReader):
     """An MCAP file without its index: records are read one by one, up to the last whole one.
 
     A file (https://mcap.dev/spec) begins with MAGIC; a record is an opcode, the length of its

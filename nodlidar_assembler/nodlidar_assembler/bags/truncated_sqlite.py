@@ -18,7 +18,7 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import ReaderError
 
 
-class CutSqliteReader:
+class TruncatedSqliteReader:
     """A .db3 file without its last pages: the remaining rows are read one by one.
 
     Attributes
