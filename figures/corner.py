@@ -6,13 +6,8 @@ from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_demo.evaluation import (
-    FAR,
-    near_beams,
-    points_of_log,
-    simulated_log,
-    surface_rms,
-)
+from nodlidar_demo.evaluation import FAR, near_beams, points_of_log, surface_rms
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np

@@ -19,7 +19,7 @@ from nodlidar_assembler.bags.bag_types import Topics
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import JOINT_STATE, SCAN, TF
-from nodlidar_demo.evaluation import simulated_log
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.sensor_model import SensorModel

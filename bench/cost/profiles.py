@@ -14,7 +14,8 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros.cloud_message import cloud_message
-from nodlidar_demo.evaluation import FAR, near_beams, simulated_log, surface_rms
+from nodlidar_demo.evaluation import FAR, near_beams, surface_rms
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import Recording
 import numpy as np
 

@@ -6,7 +6,7 @@ Ego-motion is measured with the estimators (`python -m bench estimators`).
 from dataclasses import replace
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_demo.evaluation import simulated_log
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.world.sensor_model import SensorModel
 import numpy as np
 

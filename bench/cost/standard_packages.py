@@ -11,7 +11,7 @@ from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.point_layout import layout
 from nodlidar_assembler.ros.cloud_message import cloud_message
 from nodlidar_common.ros.messages import time_message
-from nodlidar_demo.evaluation import simulated_log
+from nodlidar_demo.simulated_log import simulated_log
 import numpy as np
 from sensor_msgs.msg import PointCloud2
 from transforms3d.quaternions import rotate_vector

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 from nodlidar_common.parameters import limits_of
-from nodlidar_demo.evaluation import points_of_log, simulated_drive, simulated_log
+from nodlidar_demo.evaluation import points_of_log
+from nodlidar_demo.simulated_log import simulated_drive, simulated_log
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.device_section import load_lidar, load_servo
 from nodlidar_sim.world.effects import Effects

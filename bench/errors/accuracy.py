@@ -8,13 +8,8 @@ and lidar and the errors of the ranges are in them.
 
 from nodlidar_assembler.clouds.mixed_pixels import MixedPixelConfig
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
-from nodlidar_demo.evaluation import (
-    FAR,
-    near_beams,
-    points_of_log,
-    simulated_log,
-    surface_rms,
-)
+from nodlidar_demo.evaluation import FAR, near_beams, points_of_log, surface_rms
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.device_section import load_lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters

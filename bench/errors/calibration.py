@@ -20,7 +20,7 @@ from nodlidar_assembler.clouds.geometry import LaserPoseConfig
 from nodlidar_assembler.commands.calibrate import ROWS
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.pose import Pose
-from nodlidar_demo.evaluation import simulated_log
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.device_section import load_lidar, load_servo
 from nodlidar_sim.world.scene import load_scene, Scene

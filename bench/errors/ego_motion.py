@@ -7,15 +7,8 @@ from collections.abc import Callable
 from functools import partial
 
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
-from nodlidar_demo.evaluation import (
-    FAR,
-    moved_surface_rms,
-    near_beams,
-    points_of_log,
-    simulated_drive,
-    simulated_log,
-    simulated_odometry,
-)
+from nodlidar_demo.evaluation import FAR, moved_surface_rms, near_beams, points_of_log
+from nodlidar_demo.simulated_log import simulated_drive, simulated_log, simulated_odometry
 from nodlidar_sim.simulation import Recording
 import numpy as np
 

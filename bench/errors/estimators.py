@@ -7,7 +7,7 @@ from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_demo.simulated_log import simulated_log, simulated_odometry
 import numpy as np
 from transforms3d.quaternions import quat2mat
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_common.nod import Nod
-from nodlidar_demo.evaluation import simulated_log
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.device_section import load_lidar
 from nodlidar_sim.world.lidar_parameters import LidarParameters

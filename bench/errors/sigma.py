@@ -13,7 +13,7 @@ from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.points import nod_in_place
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.nod import Nod
-from nodlidar_demo.evaluation import simulated_log
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.device_section import load_lidar
 from nodlidar_sim.world.scene import load_scene

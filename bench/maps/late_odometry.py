@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_demo.evaluation import simulated_log, simulated_odometry
+from nodlidar_demo.simulated_log import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import estimates

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
-from nodlidar_demo.evaluation import simulated_drive
+from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_sim.world.planar import rotate, to_parent
 from nodlidar_sim.world.world import World
 import numpy as np

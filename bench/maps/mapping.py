@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import time
 
 from nodlidar_assembler.bags.sensor_log import clouds_in
-from nodlidar_demo.evaluation import moved_surface_rms, simulated_drive
+from nodlidar_demo.evaluation import moved_surface_rms
+from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, moved

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from ament_index_python.packages import get_package_share_directory
 from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_demo.evaluation import simulated_drive
+from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array

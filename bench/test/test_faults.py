@@ -4,7 +4,7 @@ from dataclasses import replace
 import math
 
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
-from nodlidar_demo.evaluation import simulated_log
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_servo.bus.replies import PositionError
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.servo import Servo

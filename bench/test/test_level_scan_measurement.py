@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
-from nodlidar_demo.evaluation import simulated_drive, simulated_log
+from nodlidar_demo.simulated_log import simulated_drive, simulated_log
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
 """Rays that octomap_server and Nav2 cast, from a cloud's frame to its points, in the scene."""
 
 from nodlidar_assembler.bags.sensor_log import clouds_in
-from nodlidar_demo.evaluation import simulated_drive
+from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_sim.world.planar import rotate, to_parent
 from nodlidar_sim.world.scene import load_scene
 import numpy as np

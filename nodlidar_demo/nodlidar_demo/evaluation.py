@@ -1,18 +1,15 @@
-"""Distance of a recorded sensor's points to the true surfaces; simulated recordings."""
+"""Distance of a recorded sensor's points to the true surfaces."""
 
 from dataclasses import dataclass, replace
 import math
 
 from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
-from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
-from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
-from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
+from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.points import place, Points
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
-from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.world import World
@@ -43,25 +40,6 @@ def near_beams(log: SensorLog) -> SensorLog:
     """Return a log without the beams that are longer than FAR."""
     scans = [replace(scan, geometry=replace(scan.geometry, range_max=FAR)) for scan in log.scans]
     return replace(log, scans=scans)
-
-
-def simulated_log(simulated: Recording) -> SensorLog:
-    """Return what the simulated devices measured, without the truth."""
-    sensor = simulated.sensor
-    geometry = ScanGeometry(
-        beams=len(simulated.azimuth),
-        angle_min=float(simulated.azimuth[0]),
-        angle_increment=sensor.angle_increment,
-        time_increment=sensor.time_increment,
-        range_min=sensor.range_min,
-        range_max=sensor.range_max,
-    )
-    ranges = simulated.ranges.astype(np.float32)
-    scans = [
-        Scan(int(stamp_ns), geometry, scan_ranges)
-        for stamp_ns, scan_ranges in zip(simulated.scan_stamp_ns, ranges, strict=True)
-    ]
-    return SensorLog(scans, simulated.joint_stamp_ns, simulated.joint_position)
 
 
 def surface_rms(points: Points, world: World) -> float:
@@ -118,22 +96,6 @@ def lidar_rms(
         distance = world.surface_distance(placed.xyz.T, times_ns[placed.indices])
         squares, count = squares + float(distance @ distance), count + len(distance)
     return math.sqrt(squares / max(count, 1))
-
-
-def simulated_odometry(simulated: Recording) -> Odometry:
-    """Return the odometry of nodlidar_base_link from the simulated wheels."""
-    x, y, yaw = simulated.odometry_pose.T
-    zero = np.zeros_like(x)
-    orientation = np.stack([zero, zero, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], axis=1)
-    of_base = Odometry(
-        simulated.odometry_stamp_ns, Poses(np.stack([x, y, zero], axis=1), orientation)
-    )
-    return of_base.mounted(simulated.world.scene.mount)
-
-
-def simulated_drive(simulated: Recording) -> SensorLog:
-    """Return the log of the simulated devices, with the odometry of the wheels."""
-    return replace(simulated_log(simulated), odometry=simulated_odometry(simulated))
 
 
 def moved_surface_rms(

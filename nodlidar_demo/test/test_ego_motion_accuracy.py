@@ -6,13 +6,8 @@ from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, Poses
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_common.nod import Nod
-from nodlidar_demo.evaluation import (
-    moved_surface_rms,
-    near_beams,
-    points_of_log,
-    simulated_log,
-    simulated_odometry,
-)
+from nodlidar_demo.evaluation import moved_surface_rms, near_beams, points_of_log
+from nodlidar_demo.simulated_log import simulated_log, simulated_odometry
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np

@@ -4,8 +4,9 @@ from dataclasses import replace
 import math
 
 from nodlidar_common.nod import Nod
-from nodlidar_demo.evaluation import lidar_rms, points_of_log, simulated_log, surface_rms
+from nodlidar_demo.evaluation import lidar_rms, points_of_log, surface_rms
 from nodlidar_demo.report import Distances, rms_table
+from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.scene import load_scene, parse_scene
