@@ -15,7 +15,7 @@ from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_replay import BagReplay
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
-from nodlidar_assembler.bags.bag_types import Topics
+from nodlidar_assembler.bags.bag_topics import Topics
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import JOINT_STATE, SCAN, TF

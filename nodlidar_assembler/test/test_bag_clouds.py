@@ -9,7 +9,7 @@ import sys
 
 from bags import entries_of, recording, START_NS, write_bag, write_messages
 from nodlidar_assembler.bags.bag_clouds import write_clouds
-from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.point_files import OutputError
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log

@@ -3,7 +3,7 @@
 from dataclasses import replace
 import math
 
-from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.read_bag import with_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.config import AssemblerConfig

@@ -2,7 +2,7 @@
 
 from bags import entries_of, recording, write_messages
 from nodlidar_assembler.bags.bag_source import BagSource, messages_of
-from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.bag_topics import BagError
 from nodlidar_common.bag_messages import SCAN
 from nodlidar_sim.bag import TOPICS
 import numpy as np

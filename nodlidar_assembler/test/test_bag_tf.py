@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from bags import entries_of, recording, write_messages
 from nodlidar_assembler.bags.bag_clouds import write_clouds
-from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.config import AssemblerConfig

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 from geometry_msgs.msg import TransformStamped
 from log_messages import state_message
-from nodlidar_assembler.bags.bag_types import Topics
+from nodlidar_assembler.bags.bag_topics import Topics
 from nodlidar_assembler.calibration.beam_model import CalibrationError
 from nodlidar_assembler.calibration.recorded import log_of_bag, require_standing
 from nodlidar_assembler.commands.calibrate import main

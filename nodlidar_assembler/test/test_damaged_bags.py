@@ -7,7 +7,7 @@ from bags import entries_of, recording, write_messages
 from hypothesis import given, HealthCheck, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.bags.bag_source import BagSource
-from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.bag_topics import BagError
 from nodlidar_assembler.commands.entry_points import assemble_bag
 from nodlidar_sim.bag import TOPICS
 import pytest

@@ -5,7 +5,7 @@ from dataclasses import replace
 import math
 
 from bags import entries_of, recording, write_bag, write_messages
-from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.read_bag import read_bag, read_drive
 from nodlidar_assembler.bags.sensor_log import assemble_log
 from nodlidar_assembler.config import AssemblerConfig

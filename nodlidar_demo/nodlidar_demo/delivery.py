@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.bags.bag_source import messages_of
-from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.bag_topics import BagError
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_common.nod import NS_PER_S

@@ -5,7 +5,7 @@ from pathlib import Path
 import time
 
 from ament_index_python.packages import get_package_share_directory
-from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.bag_topics import BagError
 from nodlidar_common.ros.messages import time_message
 from nodlidar_demo.delivery import read_start_ns
 from nodlidar_demo.ros.recorder import LATCHED, Recorder, TOPICS

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.nod import Nod
-from nodlidar_servo.joint_trajectory.joint_sample import JointSamples
+from nodlidar_servo.joint_trajectory.joint_sample import JointSampleFilter
 import numpy as np
 import pytest
 
@@ -18,7 +18,7 @@ DYNAMICS = Dynamics(50.0, 0.01, 6.0)
 
 def believed(timed, dynamics=DYNAMICS):
     """Return which of some positions, each at a time [ns], are believed."""
-    samples = JointSamples(dynamics)
+    samples = JointSampleFilter(dynamics)
     return [samples.add(time_ns, pitch, NAN) is not None for time_ns, pitch in timed]
 
 
@@ -37,7 +37,7 @@ def with_strays(stray, every):
 @pytest.mark.parametrize('every', [100, 5, 1])
 def test_a_position_that_the_joint_cannot_have_reached_is_refused_and_no_other(stray, every):
     timed, are_strays = with_strays(stray, every)
-    samples = JointSamples(DYNAMICS)
+    samples = JointSampleFilter(DYNAMICS)
     found = [samples.add(time_ns, pitch, NAN) is not None for time_ns, pitch in timed]
     assert found == [not is_stray for is_stray in are_strays]
     assert samples.refused == sum(are_strays)
@@ -72,7 +72,7 @@ def test_whatever_a_joint_does_within_its_dynamics_is_believed(rate, acceleratio
     late_ns = (rng.uniform(-jitter, jitter, len(taken)) * S).astype(int)
     times_ns = np.sort(T0 + taken * (S // 1000) + late_ns)
     timed = [*zip(times_ns.tolist(), pitch[taken].tolist(), strict=True)]
-    samples = JointSamples(Dynamics(acceleration, 0.01, 6.0))
+    samples = JointSampleFilter(Dynamics(acceleration, 0.01, 6.0))
     for each in timed:
         samples.add(*each, NAN)
     assert samples.refused == 0
@@ -80,7 +80,7 @@ def test_whatever_a_joint_does_within_its_dynamics_is_believed(rate, acceleratio
 
 @given(velocities=st.lists(st.floats(), min_size=2, max_size=20))
 def test_no_velocity_is_one_that_the_joint_cannot_have(velocities):
-    samples = JointSamples(DYNAMICS)
+    samples = JointSampleFilter(DYNAMICS)
     for k, velocity in enumerate(velocities):
         sample = samples.add(T0 + k * S // 100, 0.02 * k, velocity)
         mean = pytest.approx(2.0 if k else 0.0)
@@ -88,7 +88,7 @@ def test_no_velocity_is_one_that_the_joint_cannot_have(velocities):
 
 
 def test_after_a_restart_the_joint_may_be_anywhere():
-    samples = JointSamples(DYNAMICS)
+    samples = JointSampleFilter(DYNAMICS)
     samples.add(T0, 0.1, 0.0)
     samples.restart()
     assert samples.latest is None

@@ -14,7 +14,7 @@ from nodlidar_common.ros.messages import nod_to_message, time_message
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
-from nodlidar_servo.joint_trajectory.joint_sample import JointSample, JointSamples
+from nodlidar_servo.joint_trajectory.joint_sample import JointSample, JointSampleFilter
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.ros.trajectory_node import add_state, TrajectoryNode
 from nodlidar_sim.devices.trajectory_controller import TrajectoryController, TrajectoryError
@@ -35,7 +35,7 @@ def test_joint_states_without_a_value_of_the_joint_are_no_measurements():
     def measured(stamp_ns, **values):
         message = JointState(name=['wheel', 'nod_joint'], **values)
         message.header.stamp = time_message(stamp_ns)
-        samples = JointSamples(TrajectoryConfig().dynamics)
+        samples = JointSampleFilter(TrajectoryConfig().dynamics)
         samples.add(10**9, 0.1, 0.0)
         return add_state(message, 'nod_joint', samples, lambda stamp_ns: stamp_ns > 1)
 

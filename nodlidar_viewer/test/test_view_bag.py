@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from nodlidar_assembler.bags.bag_types import Topics
+from nodlidar_assembler.bags.bag_topics import Topics
 from nodlidar_common.nod import Nod
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate

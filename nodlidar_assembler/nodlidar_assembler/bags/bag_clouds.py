@@ -11,7 +11,7 @@ from typing import Protocol
 from nodlidar_assembler.bags.bag_replay import BagReplay, PublishLevel
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import tf_in
-from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.cloud_bag import CloudBag
 from nodlidar_assembler.bags.point_files import OutputError, pcd_header, ply_header, PointFile
 from nodlidar_assembler.clouds.points import Points

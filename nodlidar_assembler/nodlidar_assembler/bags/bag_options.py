@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.bag_types import Topics, USUAL
+from nodlidar_assembler.bags.bag_topics import Topics, USUAL
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.parameter_file import file_values

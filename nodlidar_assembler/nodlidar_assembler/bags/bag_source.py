@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.bag_types import BagError, STATIC, Topics, USUAL
+from nodlidar_assembler.bags.bag_topics import BagError, STATIC, Topics, USUAL
 from nodlidar_assembler.bags.truncated_mcap import TruncatedMcapReader
 from nodlidar_assembler.bags.truncated_sqlite import TruncatedSqliteReader
 from nodlidar_common.bag_messages import JOINT_STATE, SCAN, STORE

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
-from nodlidar_assembler.bags.bag_types import STATIC
+from nodlidar_assembler.bags.bag_topics import STATIC
 from nodlidar_assembler.bags.fixed_transforms import (
     carried,
     Fixed,

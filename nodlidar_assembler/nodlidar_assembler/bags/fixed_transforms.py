@@ -4,7 +4,7 @@ from collections.abc import Iterable
 import math
 from typing import Any
 
-from nodlidar_assembler.bags.bag_types import BagError
+from nodlidar_assembler.bags.bag_topics import BagError
 from nodlidar_common.pose import Pose
 from nodlidar_common.transforms import LENGTH_TOLERANCE
 import numpy as np

@@ -8,7 +8,7 @@ from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import tf_in
-from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.pipeline import Scan

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from nodlidar_assembler.bags.bag_source import BagSource
-from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.read_bag import LogGatherer, with_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.calibration.beam_model import CalibrationError, Values

@@ -23,8 +23,8 @@ class JointSample:
     velocity: float
 
 
-class JointSamples:
-    """Measurements of a joint, each later than the one before.
+class JointSampleFilter:
+    """Takes measurements of a joint, each later than the one before.
 
     What a joint cannot have is refused, as a stray message of another publisher: a position that
     it cannot have reached, until it has lasted (0.2 s, if it is 3 rad away); or none.

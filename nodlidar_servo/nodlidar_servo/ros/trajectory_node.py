@@ -16,7 +16,11 @@ from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.stamps import time_ns
 from nodlidar_common.tracking import Drive, NodProgress, NodTracker
-from nodlidar_servo.joint_trajectory.joint_sample import JointSample, JointSamples, JointStamps
+from nodlidar_servo.joint_trajectory.joint_sample import (
+    JointSample,
+    JointSampleFilter,
+    JointStamps,
+)
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.joint_trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
 from nodlidar_servo.joint_trajectory.waypoints import held, is_within, Planner, stop
@@ -35,7 +39,10 @@ _CATCHING_UP = 0.5  # s; then what came meanwhile has been taken
 
 
 def add_state(
-    message: JointState, joint_name: str, samples: JointSamples, believe: Callable[[int], bool]
+    message: JointState,
+    joint_name: str,
+    samples: JointSampleFilter,
+    believe: Callable[[int], bool],
 ) -> JointSample | None:
     """Add the measurement of a joint to its samples; return it, None if it is not added.
 
@@ -77,7 +84,7 @@ class TrajectoryNode(NodNode):
         )
         self.commands = NodCommands(self.config)
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
-        self._samples = JointSamples(self.config.dynamics)
+        self._samples = JointSampleFilter(self.config.dynamics)
         self._arrived_ns = self._cycled_ns = self._caught_up_ns = 0
         self._heard = False  # since the last pause
         self._stamps = JointStamps(self.config.joint_timeout)

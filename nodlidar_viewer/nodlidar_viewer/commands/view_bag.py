@@ -11,7 +11,7 @@ import sys
 import time
 
 from nodlidar_assembler.bags.bag_options import add_topics, configuration, topics_of
-from nodlidar_assembler.bags.bag_types import BagError, Topics
+from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import clouds_in
 from nodlidar_assembler.clouds.points import Points
