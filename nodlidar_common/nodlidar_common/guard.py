@@ -76,7 +76,8 @@ class Guard:
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        os.set_blocking(self._process.stdin.fileno(), False)  # a stopped guard stops no node
+        self._pipe = self._process.stdin
+        os.set_blocking(self._pipe.fileno(), False)  # a stopped guard stops no node
         self._last_beat = 0.0  # s
         with self._process.stdout as output:
             if output.read() != guard_process.READY:
@@ -99,8 +100,7 @@ class Guard:
 
     def trigger(self) -> None:
         """Switch the device off as if this process had ended."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
+        self._pipe.close()
 
     def dismiss(self) -> None:
         """End the guard without a stop request: the device is off, or unplugged."""
@@ -113,6 +113,5 @@ class Guard:
             self._process.wait()
 
     def _write(self, data: bytes) -> None:
-        assert self._process.stdin is not None
         with suppress(BrokenPipeError):  # the guard was killed
-            self._process.stdin.write(data)
+            self._pipe.write(data)
