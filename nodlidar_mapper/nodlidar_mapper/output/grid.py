@@ -121,7 +121,7 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
         beams = _along_beams(keyframe, cubes.size)
         passes_of[cubes.numbers(beams)] += 1  # all its beams once
         below = beams[beams[:, 2] < config.height_min - config.hole_depth]
-        hole |= cubes.cells_at(below)
+        hole.reshape(-1)[cubes.cell_numbers(below)] = True
         passes_of[end] = before
         ends.append(end)
     hit, hits = np.unique(np.concatenate(ends), return_counts=True)
@@ -129,9 +129,9 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
     occupied = cubes.cells(cubes.numbers(_covering(surface, cubes.size)), LEAST_POINTS)
     places = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])
     robot = _disc(config.narrowest_passage / 2.0 / cubes.size)
-    stood = binary_dilation(cubes.cells_at(places), robot)
+    stood = binary_dilation(cubes.cells(cubes.cell_numbers(places)), robot)
     cells = np.full(occupied.shape, UNKNOWN, dtype=np.int8)
-    cells[_seen(passes > 0, round(config.free_gap / LAYER)) | stood] = FREE
+    cells[_seen(passes, round(config.free_gap / LAYER)) | stood] = FREE
     filled = occupied | cubes.cells(hit) | (hole & ~stood)
     cells[filled | binary_closing(filled, robot)] = UNKNOWN  # without closing, at the border
     cells[occupied] = OCCUPIED
@@ -174,26 +174,30 @@ class _Cubes:
     def cells(self, numbers: NDArray[np.intp], least: int = 1) -> NDArray[np.bool_]:
         """Return which cells (rows, columns) have so many of the numbers above them."""
         _, rows, columns = self.shape
-        counts = np.bincount(numbers % (rows * columns), minlength=rows * columns)
-        return np.asarray(counts >= least).reshape(rows, columns)
+        number, counts = np.unique(numbers % (rows * columns), return_counts=True)
+        cells = np.zeros((rows, columns), dtype=np.bool_)
+        cells.reshape(-1)[number[counts >= least]] = True
+        return cells
 
-    def cells_at(self, points: Array) -> NDArray[np.bool_]:
-        """Return which cells (rows, columns) have points (n, 3) [m] at any height."""
-        level = np.full(len(points), self.corner[2])
-        return self.cells(self.numbers(np.column_stack([points[:, :2], level])))
+    def cell_numbers(self, points: Array) -> NDArray[np.intp]:
+        """Return the numbers of the cells of points (n, 3) [m] at any height."""
+        return self.numbers(np.column_stack([points[:, :2], np.full(len(points), self.corner[2])]))
 
 
-def _seen(passed: NDArray[np.bool_], most: int) -> NDArray[np.bool_]:
+def _seen(passes: NDArray[np.uint16], most: int) -> NDArray[np.bool_]:
     """Return the cells whose layers (k, rows, columns) beams passed, but for so many in a row.
 
     Those above all beams do not count: out of reach of the lidar, where only what hangs could be.
     """
-    gap, largest = np.zeros((2, *passed.shape[1:]), dtype=np.int16)
-    for layer in passed:
-        np.maximum(largest, gap, out=largest, where=layer)
+    gap, largest = np.zeros((2, *passes.shape[1:]), dtype=np.int16)
+    passed = np.zeros(passes.shape[1:], dtype=np.bool_)
+    for layer in passes:
+        crossed = layer > 0
+        np.maximum(largest, gap, out=largest, where=crossed)
         gap += 1
-        gap[layer] = 0
-    return np.asarray(passed.any(axis=0) & (largest <= most))
+        gap[crossed] = 0
+        passed |= crossed
+    return np.asarray(passed & (largest <= most))
 
 
 def _disc(radius: float) -> NDArray[np.bool_]:
