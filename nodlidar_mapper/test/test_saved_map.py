@@ -182,6 +182,7 @@ def test_arrays_that_are_no_map_are_refused(saved, tmp_path, change):
     [
         ('pose', np.zeros_like),
         ('pose', lambda pose: 1.01 * pose),
+        ('pose', lambda pose: pose * [1.0, 1.0, -1.0, 1.0]),  # mirrored
         ('relative', lambda relative: relative + np.eye(4)),
         ('surface', lambda surface: 2.0 * surface),
         ('information', np.negative),
@@ -202,6 +203,16 @@ def test_keyframes_that_no_edge_leads_to_are_refused(mapper, tmp_path, left):
     path = tmp_path / 'keyframes.npz'
     save_keyframes(path, mapper.keyframes, mapper.edges[:left])
     with pytest.raises(SavedMapError, match='is not a map: edges do not join all keyframes'):
+        load_keyframes(path)
+
+
+def test_a_directory_of_arrays_that_begins_too_late_is_no_error_of_the_disk(saved, tmp_path):
+    content = bytearray(saved.read_bytes())
+    begin = int.from_bytes(content[-6:-2], 'little')  # in the last record of a zip file
+    content[-6:-2] = (begin + 1000).to_bytes(4, 'little')  # its first file then begins before 0
+    path = tmp_path / 'keyframes.npz'
+    path.write_bytes(content)
+    with pytest.raises(SavedMapError, match='is not a map'):
         load_keyframes(path)
 
 
