@@ -260,9 +260,8 @@ class Mapper:
             guess=guess,
             prior=prior,
             config=self._config,
-            slips=True,
         )
-        before = matched(seen, start=start)
+        before = matched(seen, start=start, slip_time=0.0)
         yield before, seen
         found, cost = matched(seen, start=start, slip_time=self._track.interval), before.cost
         for _ in range(STRAIGHTENED):
@@ -270,7 +269,7 @@ class Mapper:
                 return
             cost = found.cost
             seen = self._seen(cloud, self._track.slip_to(found.pose @ inverse(cloud.mount)))
-            found = matched(seen, start=found.pose)
+            found = matched(seen, start=found.pose, slip_time=0.0)
             yield found, seen
 
     def _why_lost(self, found: Match, seen: Seen) -> str:
