@@ -12,6 +12,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import planar
+from nodlidar_mapper.map_snapshot import MapSnapshot
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.output import map_files
 from nodlidar_mapper.output.grid import GridConfig
@@ -80,7 +81,8 @@ def test_of_a_map_that_cannot_be_saved_whole_no_file_is(mapper, tmp_path, monkey
     def write(keyframes):
         poses = np.stack([keyframe.pose for keyframe in keyframes])
         stamps_ns = [keyframe.stamp_ns for keyframe in keyframes]
-        map_files.write_map(tmp_path, keyframes, [], stamps_ns, poses, GridConfig())
+        snapshot = MapSnapshot(None, keyframes, [], 0, stamps_ns, poses)
+        map_files.write_map(tmp_path, snapshot, GridConfig())
         return {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
     def fail(*_args):
