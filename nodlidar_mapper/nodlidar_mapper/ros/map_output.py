@@ -151,7 +151,7 @@ class MapOutput:
 
         def loaded(mapper: LiveMapper) -> str:
             self._on_load(mapper)
-            return f'{len(mapper.mapper.keyframes)} keyframes loaded'
+            return f'{len(mapper.mapper.map.keyframes)} keyframes loaded'
 
         return await self._answered(response, lambda: load(_folder(request), self._config), loaded)
 
