@@ -11,12 +11,12 @@ import sys
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_replay import BagReplay
 from nodlidar_assembler.bags.bag_source import BagSource
 from nodlidar_assembler.bags.bag_tf import BagTf
 from nodlidar_assembler.bags.bag_topics import Topics
 from nodlidar_assembler.bags.sensor_log import assemble_log
+from nodlidar_assembler.bags.write_clouds import write_clouds
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import JOINT_STATE, SCAN, TF
 from nodlidar_demo.simulated_log import simulated_log

@@ -83,7 +83,7 @@ def mapped(recording: Recording) -> Mapped:
     mount = by_odometry[0][2, 3]
     truth[:, 2, 3] = mount
     final = list(mapper.poses_of(found))
-    surface = lasting_surface(mapper.keyframes)
+    surface = lasting_surface(mapper.map.keyframes)
     in_odom = moved(truth[0] @ inverse(final[0]), surface.points)
     stamps = np.full(len(in_odom), START_NS, dtype=np.int64)
     way = np.linalg.norm(np.diff(truth[:, :3, 3], axis=0), axis=1)
@@ -96,7 +96,7 @@ def mapped(recording: Recording) -> Mapped:
         moved_surface_rms(in_odom, stamps, recording.world),
         np.array(seconds),
         sum(bool(each.lost) for each in found[1:]),
-        mapper.loops,
+        mapper.map.loops,
     )
 
 

@@ -88,7 +88,7 @@ def _drive(scene: Scene, seed: int, begin: Array) -> _Drive:
 def _saved(drive: _Drive) -> _Saved:
     mapper = Mapper(MapConfig())
     first = estimates(mapper, drive.clouds, drive.log)[0]
-    return _Saved(mapper.keyframes, mapper.edges, drive.truth[0] @ inverse(first.pose))
+    return _Saved(mapper.map.keyframes, mapper.map.edges, drive.truth[0] @ inverse(first.pose))
 
 
 def _half(whole: _Saved) -> _Saved:

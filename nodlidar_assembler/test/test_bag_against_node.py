@@ -4,8 +4,8 @@ import math
 
 from bags import entries_of, recording, START_NS, write_messages
 from node_bench import bench
-from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_topics import Topics
+from nodlidar_assembler.bags.write_clouds import write_clouds
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import STORE
 from nodlidar_sim.bag import TOPICS

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 from bags import entries_of, recording, write_messages
-from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.read_bag import read_drive
 from nodlidar_assembler.bags.sensor_log import clouds_in
+from nodlidar_assembler.bags.write_clouds import write_clouds
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import TYPES
 from nodlidar_common.time_order import TRANSFORM_OUT_OF_ORDER

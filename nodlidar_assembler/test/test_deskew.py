@@ -4,9 +4,9 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_topics import Topics
 from nodlidar_assembler.bags.point_files import OutputError
+from nodlidar_assembler.bags.write_clouds import write_clouds
 from nodlidar_assembler.clouds.deskew import deskewed
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.point_layout import DESKEWED_POINT

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from bags import entries_of, NOD, recording, write_bag
 from node_bench import bench
-from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_topics import Topics
+from nodlidar_assembler.bags.write_clouds import write_clouds
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.commands.entry_points import assemble_bag
 from nodlidar_assembler.config import AssemblerConfig

@@ -71,6 +71,20 @@ def test_what_cannot_be_bracketed_is_refused(times, message):
         pitch_of('slerp', times, np.zeros(len(times)))
 
 
+@pytest.mark.parametrize('estimator', ['ends', 'slerp'])
+@pytest.mark.parametrize('nanosecond', [0.3, 0.5, 0.7])
+def test_a_sample_at_the_rounded_instant_of_the_last_beam_is_not_before_it(estimator, nanosecond):
+    offset = np.array([0.0, 0.03, 0.06 + nanosecond * 1e-9])
+    last_ns = round(0.06e9 + nanosecond)
+    pitch = pitch_of(estimator, [0.0, last_ns / 1e9], [0.0, 0.6], offset)
+    np.testing.assert_allclose(pitch, [0.0, 0.3, 0.6], atol=1e-7)
+
+
+def test_a_sample_a_nanosecond_before_the_last_beam_is_refused():
+    with pytest.raises(PitchError, match='after the last beam'):
+        pitch_of('slerp', [0.0, 0.06], [0.0, 0.6], np.array([0.0, 0.06 + 1.1e-9]))
+
+
 def test_a_gap_outside_of_the_scan_does_not_matter():
     pitch = pitch_of('slerp', [-5.0, -0.01, 0.03, 0.07, 9.0], [9.0, 0.0, 0.0, 0.0, 9.0])
     assert np.array_equal(pitch, np.zeros(682))

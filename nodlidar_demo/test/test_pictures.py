@@ -1,6 +1,6 @@
 """The demo's picture and PLY file: what is seen where, and what other programs read."""
 
-from nodlidar_assembler.bags.bag_clouds import open_output
+from nodlidar_assembler.bags.write_clouds import open_output
 from nodlidar_assembler.clouds.point_layout import POINT
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig

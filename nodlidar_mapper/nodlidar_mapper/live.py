@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from nodlidar_common.errors import ParameterError
@@ -13,7 +12,7 @@ from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
-from nodlidar_mapper.graph.pose_graph import Edge
+from nodlidar_mapper.map_snapshot import MapSnapshot
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.output.grid import EmptyMapError, Grid, grid_of, GridConfig, NO_SURFACE
 from nodlidar_mapper.output.lasting import lasting_surface
@@ -23,30 +22,6 @@ import numpy as np
 
 LEAST_COVARIANCE = np.diag([0.01**2] * 6)  # of a pose that a person set [m^2], [rad^2]
 MOST_PLACES = 1000  # of a path; beyond it, every second one is forgotten
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MapSnapshot:
-    """What is known after a cloud.
-
-    Attributes
-    ----------
-    estimate
-        Where the cloud was taken.
-    keyframes, edges
-        Of the map, as they are now.
-    loops
-        Number of loops closed.
-    stamps_ns, path
-        Where the robot was [ns], as poses in the map, shape (n, 4, 4).
-    """
-
-    estimate: Estimate
-    keyframes: list[Keyframe]
-    edges: list[Edge]
-    loops: int
-    stamps_ns: list[int]
-    path: Array
 
 
 class LiveMapper:
@@ -68,14 +43,10 @@ class LiveMapper:
 
     def add(self, cloud: Cloud) -> MapSnapshot:
         """Match a cloud, see Mapper.add; return what is known then."""
-        estimate = self.mapper.add(cloud)
-        self._path.append(estimate)
+        self._path.append(self.mapper.add(cloud))
         if len(self._path) > MOST_PLACES:
             del self._path[1:-1:2]
-        path = self.mapper.path_of(self._path)
-        stamps_ns = [e.stamp_ns for e in self._path]
-        keyframes, edges = list(self.mapper.keyframes), list(self.mapper.edges)
-        return MapSnapshot(estimate, keyframes, edges, self.mapper.loops, stamps_ns, path)
+        return MapSnapshot.of(self.mapper, self._path)
 
 
 def surface_and_grid(
@@ -106,15 +77,7 @@ def save(
     if snapshot is None:
         raise EmptyMapError('nothing to save: no cloud was matched since the start or load_map')
     folder = _expanded(folder)
-    surface = write_map(
-        folder,
-        snapshot.keyframes,
-        snapshot.edges,
-        snapshot.stamps_ns,
-        snapshot.path,
-        config,
-        with_keyframes,
-    )
+    surface = write_map(folder, snapshot, config, with_keyframes)
     what = f'{len(snapshot.keyframes)} keyframes and {len(surface.points)} points'
     return f"{what} saved in '{folder.absolute()}'"
 

@@ -53,7 +53,7 @@ class Mapper:
     Attributes
     ----------
     map
-        The map; its keyframes, edges and number of closed loops are attributes of this, too.
+        The map.
 
     Raises
     ------
@@ -86,21 +86,6 @@ class Mapper:
         self._again: dict[Estimate, Estimate] = {}  # of the first clouds
         self._was_placed = False  # by a person, and no cloud was matched since
 
-    @property
-    def keyframes(self) -> list[Keyframe]:
-        """Those of the map."""
-        return self.map.keyframes
-
-    @property
-    def edges(self) -> list[Edge]:
-        """Those of the map, between keyframes."""
-        return self.map.edges
-
-    @property
-    def loops(self) -> int:
-        """Number of loops closed."""
-        return self.map.loops
-
     def add(self, cloud: Cloud) -> Estimate:
         """Return where a cloud was taken, and extend the map if it shows anything new."""
         estimate = self._processed(cloud)
@@ -130,7 +115,7 @@ class Mapper:
     def poses_of(self, estimates: Sequence[Estimate]) -> Array:
         """Return where clouds were taken, by the map as it is now, shape (n, 4, 4)."""
         latest = [self._again.get(each, each) for each in estimates]
-        keyframes = np.stack([self.keyframes[each.keyframe].pose for each in latest])
+        keyframes = np.stack([self.map.keyframes[each.keyframe].pose for each in latest])
         return np.asarray(keyframes @ np.stack([each.from_keyframe for each in latest]))
 
     def path_of(self, estimates: Sequence[Estimate]) -> Array:
@@ -185,7 +170,7 @@ class Mapper:
             found.residual,
             lost,
             self.map.anchor,
-            inverse(self.keyframes[self.map.anchor].pose) @ pose,
+            inverse(self.map.keyframes[self.map.anchor].pose) @ pose,
             robot,
         )
 
@@ -197,7 +182,7 @@ class Mapper:
         self._first = None
         clouds = [*(cloud for cloud, _ in first), newest]
         self._track = self._track.restarted([cloud.robot for cloud in clouds])
-        if self.keyframes[0].stamp_ns == first[0][0].stamp_ns:
+        if self.map.keyframes[0].stamp_ns == first[0][0].stamp_ns:
             self.map.forget()
         else:
             self.map.forget_surfaces()
@@ -209,7 +194,7 @@ class Mapper:
         """Begin the map with the newest cloud: the first ones, badly deskewed, do not fit."""
         assert self._first is not None
         self.map.forget_surfaces()
-        back = inverse(self.keyframes[0].pose)
+        back = inverse(self.map.keyframes[0].pose)
         for _, before in self._first:
             self._again[before] = replace(before, keyframe=0, from_keyframe=back @ before.pose)
         self._first.clear()
@@ -260,9 +245,8 @@ class Mapper:
             guess=guess,
             prior=prior,
             config=self._config,
-            slips=True,
         )
-        before = matched(seen, start=start)
+        before = matched(seen, start=start, slip_time=0.0)
         yield before, seen
         found, cost = matched(seen, start=start, slip_time=self._track.interval), before.cost
         for _ in range(STRAIGHTENED):
@@ -270,7 +254,7 @@ class Mapper:
                 return
             cost = found.cost
             seen = self._seen(cloud, self._track.slip_to(found.pose @ inverse(cloud.mount)))
-            found = matched(seen, start=found.pose)
+            found = matched(seen, start=found.pose, slip_time=0.0)
             yield found, seen
 
     def _why_lost(self, found: Match, seen: Seen) -> str:
@@ -301,11 +285,11 @@ class Mapper:
     ) -> tuple[Match, str]:
         """Search for the robot; return the match and why it is still lost."""
         here = Guess(guess, covariance, bool(self._track.jump), self._track.paused)
-        if self._recovery.is_beyond(seen, here, failed, self.keyframes):
+        if self._recovery.is_beyond(seen, here, failed, self.map.keyframes):
             return Match.none(guess, len(seen.points)), ''
         around = Seen.joined([seen, self._seen_since_lost(cloud)])
         around = around.thinned(self._config.point_spacing)
-        found = self._recovery.search(around, here, cloud.odometry, self.keyframes)
+        found = self._recovery.search(around, here, cloud.odometry, self.map.keyframes)
         if isinstance(found, str):
             return failed, '; '.join(filter(None, [self._track.jump, lost, found]))
         robot = found.pose @ inverse(cloud.mount)

@@ -101,7 +101,7 @@ def test_a_map_is_saved_and_loaded_below_home(tmp_path, monkeypatch):
     live.save(Path('~/map'), snapshot, GridConfig())
     assert (tmp_path / 'map' / 'map.png').exists()
     loaded = live.load(Path('~/map'), MapConfig())
-    assert len(loaded.mapper.keyframes) == len(snapshot.keyframes)
+    assert len(loaded.mapper.map.keyframes) == len(snapshot.keyframes)
 
 
 def test_a_missing_map_is_named_with_the_folder_of_the_node(tmp_path, monkeypatch):

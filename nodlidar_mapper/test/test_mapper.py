@@ -148,7 +148,7 @@ def test_a_map_that_begins_with_bent_clouds_begins_anew():
     sides = np.roll(CROOKED, -1, axis=0) - CROOKED
     inward = np.stack([-sides[:, 1], sides[:, 0]], axis=1)
     inward /= np.linalg.norm(sides, axis=1)[:, None]
-    points = lasting_surface(mapper.keyframes).points[:, None, :2]
+    points = lasting_surface(mapper.map.keyframes).points[:, None, :2]
     off = np.abs(np.einsum('nki,ki->nk', points - CROOKED, inward)).min(axis=1)
     assert np.sqrt(np.mean(off**2)) < 0.01  # 0.2 rad at 4 m would be 0.8 m
 
@@ -161,21 +161,21 @@ def test_the_pose_in_the_map_is_that_of_odometry_moved(drive, log):
 
 def test_the_map_lies_on_the_room(recording, drive):
     mapper, found = drive
-    points = lasting_surface(mapper.keyframes).points
+    points = lasting_surface(mapper.map.keyframes).points
     assert off_the_room(recording, mapper, found[0], points) < 0.025
     assert len(points) > 3000
 
 
 def test_the_map_does_not_grow_where_all_was_seen(drive, log):
     mapper, found = drive
-    before = len(mapper.keyframes), sum(len(each.surface.points) for each in mapper.keyframes)
+    before = len(mapper.map.keyframes), mapper.map.points
     again = deepcopy(mapper)
     last = odometry_at(log, found[-1].stamp_ns)
     cloud = clouds_in(log, CONFIG)[0][-1]
     for k in range(1, 31):
         stamp_ns = cloud.stamp_ns + k * NS
         assert not again.add(Cloud(stamp_ns, cloud.xyz, last, mount_of(log), age_of(cloud))).lost
-    after = len(again.keyframes), sum(len(each.surface.points) for each in again.keyframes)
+    after = len(again.map.keyframes), again.map.points
     assert after[0] <= before[0] + 1
     assert after[1] < 1.1 * before[1]
 
@@ -184,25 +184,25 @@ def test_clouds_of_another_place_are_not_believed(recording, log):
     clouds, mapper = clouds_in(log, CONFIG)[0], Mapper(MapConfig())
     for cloud in clouds[:15]:
         good = mapper.add(Cloud(cloud.stamp_ns, cloud.xyz, odometry_at(log, cloud.stamp_ns)))
-    keyframes = len(mapper.keyframes)
+    keyframes = len(mapper.map.keyframes)
     noise = np.random.default_rng(1).uniform(-3.0, 3.0, (3000, 3))
     for cloud in clouds[15:18]:
         odometry = odometry_at(log, cloud.stamp_ns)
         bad = mapper.add(Cloud(cloud.stamp_ns, noise, odometry))
         assert 'lie on it' in bad.lost
         np.testing.assert_allclose(bad.map_from_odometry, good.map_from_odometry, atol=0.02)
-    assert len(mapper.keyframes) == keyframes
+    assert len(mapper.map.keyframes) == keyframes
     for cloud in clouds[18:22]:
         odometry = odometry_at(log, cloud.stamp_ns)
         assert not mapper.add(Cloud(cloud.stamp_ns, cloud.xyz, odometry)).lost
-    points = lasting_surface(mapper.keyframes).points
+    points = lasting_surface(mapper.map.keyframes).points
     assert off_the_room(recording, mapper, good, points) < 0.025  # none of the noise
 
 
 def test_the_grid_is_free_along_the_way_and_occupied_at_the_walls(recording, drive):
     mapper, found = drive
-    surface = lasting_surface(mapper.keyframes)
-    grid = grid_of(surface, mapper.keyframes, GridConfig())
+    surface = lasting_surface(mapper.map.keyframes)
+    grid = grid_of(surface, mapper.map.keyframes, GridConfig())
 
     def cell(x, y):
         column, row = np.floor((np.array([x, y]) - grid.origin) / grid.resolution).astype(int)

@@ -284,7 +284,7 @@ def test_the_map_is_saved_when_the_node_ends_and_never_over_another_one(running,
         patch.setattr(saved_map, 'whole_file', lambda path: written.append(path) or write(path))
         mapper.output.end()
     (folder,) = (tmp_path / 'maps').iterdir()
-    assert len(load(folder, mapper.config).mapper.keyframes) == 1
+    assert len(load(folder, mapper.config).mapper.map.keyframes) == 1
     assert {path.name for path in folder.iterdir()} == FILES
     assert written == [Path('maps') / folder.name / 'keyframes.npz']  # once
 
@@ -305,7 +305,7 @@ def test_the_map_before_load_map_is_saved_too(running, tmp_path, at_once):
     mapper.output.end()
     folders = sorted((tmp_path / 'maps').iterdir())
     assert [{path.name for path in folder.iterdir()} for folder in folders] == [FILES, FILES]
-    keyframes = [load(folder, mapper.config).mapper.keyframes for folder in folders]
+    keyframes = [load(folder, mapper.config).mapper.map.keyframes for folder in folders]
     assert sorted(map(len, keyframes)) == [1, 2]
 
 
@@ -323,7 +323,7 @@ def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
         drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
         until(saved)  # while it drives
     (file,) = saved()
-    assert len(load(file.parent, mapper.config).mapper.keyframes) == 1
+    assert len(load(file.parent, mapper.config).mapper.map.keyframes) == 1
     mapper.output._kept._after_ns = 2**63
     drive(running, 2, [planar(0.6, 0.0, 0.0)], [planar(0.6, 0.0, 0.0)])
     with pytest.MonkeyPatch.context() as patch:
@@ -331,7 +331,7 @@ def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
         with pytest.raises(ZeroDivisionError):
             mapper.output.end()
     assert saved() == [file]
-    assert len(load(file.parent, mapper.config).mapper.keyframes) == 2
+    assert len(load(file.parent, mapper.config).mapper.map.keyframes) == 2
 
 
 @pytest.mark.usefixtures('in_tmp_path')
@@ -377,10 +377,10 @@ def test_a_bag_that_begins_again_begins_a_new_map(running):
     _, mapper, _ = running
     poses = [planar(0.4 * k, 0.0, 0.0) for k in range(8)]
     drive(running, 100, poses, poses)
-    assert len(mapper._mapper.mapper.keyframes) > 2
+    assert len(mapper._mapper.mapper.map.keyframes) > 2
     turn_back_time(running, 5)
     drive(running, 6, [np.eye(4)] * 2, [np.eye(4)] * 2)
-    assert len(mapper._mapper.mapper.keyframes) == 1
+    assert len(mapper._mapper.mapper.map.keyframes) == 1
     assert not mapper.survival.errors
 
 
@@ -388,14 +388,14 @@ def test_the_map_stays_if_a_clock_is_set_back(running, tmp_path):
     robot, mapper, until = running
     poses = [planar(0.4 * k, 0.0, 0.0) for k in range(8)]
     drive(running, 100, poses, poses)
-    keyframes = len(mapper._mapper.mapper.keyframes)
+    keyframes = len(mapper._mapper.mapper.map.keyframes)
     turn_back_time(running, 50)
     turn_back_time(running, 5)
     assert call(robot, until, 'save_map', tmp_path / 'map').success
     true, odometry = planar(0.5, 0.3, 0.2), planar(3.0, 3.0, 1.0)
     assert not drive(running, 6, [true] * 6, [odometry] * 6)[-1].lost
     np.testing.assert_allclose(place_of(robot.heard['pose'][-1]), true, atol=0.03)
-    assert len(mapper._mapper.mapper.keyframes) >= keyframes
+    assert len(mapper._mapper.mapper.map.keyframes) >= keyframes
     assert not mapper.survival.errors
 
 

@@ -73,13 +73,13 @@ def test_wheels_that_slip_are_not_believed(direction, slip):
     gone = slip * np.array([math.cos(direction), math.sin(direction)])
     guess = corrected(pose, np.array([*gone, 0.0, 0.0, 0.0, 0.0]))
     prior = np.diag([0.006**-2] * 3 + [0.005**-2] * 3)
-    found = match(cloud, ROOM, guess, prior, MatchingConfig(), slips=True)
+    found = match(cloud, ROOM, guess, prior, MatchingConfig(), slip_time=0.0)
     np.testing.assert_allclose(found.pose, pose, atol=1e-3)
     # Student's t in 3 coordinates: the more standard deviations away, the less.
     assert found.prior_weight == pytest.approx(7.0 / (4.0 + (slip / 0.006) ** 2), rel=0.05)
     assert found.cost < match(cloud, ROOM, guess, prior, MatchingConfig()).cost
     assert found.on.mean() > 0.99
-    assert match(cloud, ROOM, pose, prior, MatchingConfig(), slips=True).prior_weight == 1.0
+    assert match(cloud, ROOM, pose, prior, MatchingConfig(), slip_time=0.0).prior_weight == 1.0
 
 
 @settings(max_examples=25)
@@ -99,10 +99,10 @@ def test_a_cloud_bent_by_wheels_that_slip_throughout_is_matched(direction, slip,
     gone = slip * np.array([math.cos(direction), math.sin(direction), 0.0])
     guess = pose @ matrix_from(planar(0.0, 0.0, turn)[:3, :3], gone)
     prior = np.diag([0.006**-2] * 3 + [0.005**-2] * 3)
-    found = match(cloud, ROOM, guess, prior, MatchingConfig(), slips=True, slip_time=0.7)
+    found = match(cloud, ROOM, guess, prior, MatchingConfig(), slip_time=0.7)
     np.testing.assert_allclose(found.pose, pose, atol=0.02)
     assert found.on.mean() > 0.9
-    assert found.cost < match(cloud, ROOM, guess, prior, MatchingConfig(), slips=True).cost
+    assert found.cost < match(cloud, ROOM, guess, prior, MatchingConfig(), slip_time=0.0).cost
 
 
 @settings(max_examples=10)

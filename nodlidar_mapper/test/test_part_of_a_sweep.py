@@ -28,7 +28,7 @@ def stand(*clouds):
 
 def free_share(mapper):
     """Return the share of the floor that is free, but for what is next to the walls."""
-    grid = grid_of(lasting_surface(mapper.keyframes), mapper.keyframes, GridConfig())
+    grid = grid_of(lasting_surface(mapper.map.keyframes), mapper.map.keyframes, GridConfig())
     rows, columns = np.indices(grid.cells.shape)
     cells = np.stack([columns, rows], axis=-1) + 0.5
     middles = np.array(grid.origin) + grid.resolution * cells.reshape(-1, 2)
@@ -50,11 +50,11 @@ def test_a_robot_that_stands_adds_a_few_keyframes_however_much_its_clouds_differ
     counts = np.geomspace(50, 4000, 60).astype(int)
     clouds = [cloud(CROOKED, np.eye(4), k, n) for k, n in enumerate(counts)]
     mapper = stand(*clouds)
-    assert len(mapper.keyframes) <= 1 + np.log2(4000 / 50)
-    keyframes = len(mapper.keyframes), mapper.map.points
+    assert len(mapper.map.keyframes) <= 1 + np.log2(4000 / 50)
+    keyframes = len(mapper.map.keyframes), mapper.map.points
     for k, points in enumerate(clouds):
         mapper.add(Cloud((100 + k) * NS, points, np.eye(4)))
-    assert len(mapper.keyframes) == keyframes[0]
+    assert len(mapper.map.keyframes) == keyframes[0]
     assert mapper.map.points < 1.1 * keyframes[1]
 
 
@@ -81,7 +81,7 @@ def test_a_person_who_walks_by_meanwhile_leaves_no_wall():
         if k < 8:
             points = with_person(points, 0.4 * k - 1.5, k)
         mapper.add(Cloud(k * NS, part(points) if k == 0 else points, pose))
-        lasting = lasting_surface(mapper.keyframes).points
+        lasting = lasting_surface(mapper.map.keyframes).points
         there.append((distance_inside(CROOKED, lasting) > 0.3).sum())
     assert max(there) > 20
     assert there[-1] == 0

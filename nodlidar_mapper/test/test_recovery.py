@@ -108,7 +108,7 @@ def test_wheels_that_turn_on_the_spot_do_not_carry_the_robot_away():
 def test_a_robot_that_was_carried_is_lost_until_it_is_found():
     mapper, pose = mapped(CROOKED)
     before = mapper.add(Cloud(6 * NS, cloud(CROOKED, pose, seed=6), pose))
-    size = sum(len(keyframe.surface.points) for keyframe in mapper.keyframes)
+    size = mapper.map.points
     true = planar(-2.0, -1.0, 2.5)
     found = []
     for k in range(7, 17):
@@ -117,7 +117,7 @@ def test_a_robot_that_was_carried_is_lost_until_it_is_found():
             break
         assert 'free' in found[-1].lost or 'lie on' in found[-1].lost
         np.testing.assert_array_equal(found[-1].map_from_odometry, before.map_from_odometry)
-        assert sum(len(each.surface.points) for each in mapper.keyframes) == size
+        assert mapper.map.points == size
     assert 1 < len(found) < 10
     np.testing.assert_allclose(found[-1].pose, true, atol=0.02)
 
@@ -131,7 +131,7 @@ def test_a_carried_robot_is_found_however_far_odometry_has_counted():
         counted = began @ planar(0.2 * min(k, 5), 0.0, 0.05 * min(k, 5))
         found = mapper.add(Cloud(k * NS, cloud(CROOKED, here, seed=k, noise=0.02), counted))
     assert not found.lost
-    in_room = inverse(mapper.keyframes[0].pose) @ found.pose
+    in_room = inverse(mapper.map.keyframes[0].pose) @ found.pose
     np.testing.assert_allclose(in_room, here, atol=0.03)
 
 
@@ -157,7 +157,7 @@ def test_after_a_jump_in_a_long_pause_the_robot_may_be_anywhere(corners, lost):
 
 def test_odometry_says_nothing_of_the_place_in_a_saved_map():
     saved, _ = mapped(OBLONG)
-    mapper = Mapper(MapConfig(), saved.keyframes, saved.edges)
+    mapper = Mapper(MapConfig(), saved.map.keyframes, saved.map.edges)
     for k in range(3):
         here = planar(0.3 + 0.1 * k, 0.2, 0.1)
         turned = planar(0.0, 0.0, np.pi) @ here  # the room looks the same from there
@@ -188,7 +188,7 @@ def lost_in_hall():
     Each single view of an end, of a niche, or of both walls, is seen at two places.
     """
     saved = hall()
-    mapper = Mapper(MapConfig(), saved.keyframes, saved.edges)
+    mapper = Mapper(MapConfig(), saved.map.keyframes, saved.map.edges)
     driven = [found_in_hall(mapper, k, 2.0 + 0.5 * k, planar(-7.0, 3.0, 2.0)) for k in range(7)]
     assert all(each.lost for each in driven)
     return mapper
@@ -219,7 +219,7 @@ def test_what_was_seen_before_a_robot_was_carried_is_forgotten_on_the_way():
 def test_a_room_that_fits_by_nine_tenths_may_be_another_one():
     """It has a niche of 2.2 m in 27 m of walls, which the room of the map has not."""
     saved, _ = mapped(CROOKED)
-    mapper = Mapper(MapConfig(), saved.keyframes, saved.edges)
+    mapper = Mapper(MapConfig(), saved.map.keyframes, saved.map.edges)
     for k in range(8):
         points = cloud(CROOKED, planar(0.0, 0.0, 0.0), seed=k)
         points[(points[:, 1] < -2.0) & (np.abs(points[:, 0]) < 1.1), 1] -= 0.8
@@ -248,13 +248,13 @@ def test_beams_go_over_a_floor_not_through_it():
 def test_points_in_free_space_are_counted():
     mapper, pose = mapped(CROOKED)
     points = cloud(CROOKED, pose, seed=9)
-    assert clear_share(points, pose, mapper.keyframes) > 0.99
+    assert clear_share(points, pose, mapper.map.keyframes) > 0.99
     # Half of the points come nearer by 1 m: beams of the keyframes went through there.
     nearer = points.copy()
     ranges = np.linalg.norm(points[::2, :2], axis=1, keepdims=True)
     nearer[::2, :2] *= 1.0 - 1.0 / ranges
     nearer[::2, 2] *= 1.0 - 1.0 / ranges[:, 0]
-    assert clear_share(nearer, pose, mapper.keyframes) == pytest.approx(0.5, abs=0.05)
+    assert clear_share(nearer, pose, mapper.map.keyframes) == pytest.approx(0.5, abs=0.05)
 
 
 def floor_and_ceiling(first):
@@ -304,7 +304,7 @@ def test_far_from_where_odometry_is_certain_a_room_like_another_one_is_not_belie
     points[(points[:, 1] < -2.0) & (np.abs(points[:, 0]) < 1.1), 1] -= 0.8
     guess = Guess(planar(0.2, 0.0, 0.1), np.eye(6) * off**2, False, False)
     recovery = Recovery(MapConfig())
-    result = recovery.search(seen_from_origin(points), guess, guess.pose, mapper.keyframes)
+    result = recovery.search(seen_from_origin(points), guess, guess.pose, mapper.map.keyframes)
     assert isinstance(result, str) != found
 
 
@@ -316,7 +316,7 @@ def test_a_place_is_found_from_far_off(seed):
     area = Area(planar(*rng.uniform(-1.0, 1.0, 2), rng.uniform(-np.pi, np.pi)), 6.0, np.pi)
     place = best_place(
         seen_from_origin(cloud(CROOKED, true, seed=100 + seed)),
-        mapper.keyframes,
+        mapper.map.keyframes,
         area,
         MapConfig(),
     )
@@ -331,7 +331,7 @@ def test_an_empty_map_has_no_place():
     assert (
         best_place(
             seen_from_origin(np.zeros((0, 3))),
-            mapped(CROOKED)[0].keyframes,
+            mapped(CROOKED)[0].map.keyframes,
             Area(np.eye(4), 1.0, 1.0),
             MapConfig(),
         )
@@ -355,8 +355,8 @@ def test_a_robot_that_drove_on_without_clouds_is_where_odometry_says():
         assert not found.lost
         assert found.matched == (k > 30)  # the first one by odometry alone
         np.testing.assert_allclose(found.pose, here, atol=0.02)
-    assert len(mapper.keyframes) > 1
-    across = max(mapper.edges, key=lambda edge: edge.relative[0, 3])
+    assert len(mapper.map.keyframes) > 1
+    across = max(mapper.map.edges, key=lambda edge: edge.relative[0, 3])
     along, sideways = np.sqrt(np.diag(np.linalg.inv(across.information))[:2])
     assert 0.02 * across.relative[0, 3] < along < sideways  # by the heading
 

@@ -12,6 +12,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import planar
+from nodlidar_mapper.map_snapshot import MapSnapshot
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.output import map_files
 from nodlidar_mapper.output.grid import GridConfig
@@ -39,7 +40,7 @@ def mapper():
 @pytest.fixture(scope='module')
 def saved(mapper, tmp_path_factory):
     path = tmp_path_factory.mktemp('map') / 'keyframes.npz'
-    save_keyframes(path, mapper.keyframes, mapper.edges)
+    save_keyframes(path, mapper.map.keyframes, mapper.map.edges)
     return path
 
 
@@ -80,33 +81,34 @@ def test_of_a_map_that_cannot_be_saved_whole_no_file_is(mapper, tmp_path, monkey
     def write(keyframes):
         poses = np.stack([keyframe.pose for keyframe in keyframes])
         stamps_ns = [keyframe.stamp_ns for keyframe in keyframes]
-        map_files.write_map(tmp_path, keyframes, [], stamps_ns, poses, GridConfig())
+        snapshot = MapSnapshot(None, keyframes, [], 0, stamps_ns, poses)
+        map_files.write_map(tmp_path, snapshot, GridConfig())
         return {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
     def fail(*_args):
         raise OSError(errno.ENOSPC, 'No space left on device', 'a file')
 
-    before = write(mapper.keyframes[:2])
+    before = write(mapper.map.keyframes[:2])
     with monkeypatch.context() as patch:
         patch.setattr(map_files, writer, fail)
         with pytest.raises(OSError, match='No space left on device') as caught:
-            write(mapper.keyframes)
+            write(mapper.map.keyframes)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
     assert caught.value.filename == str(tmp_path)
-    after = write(mapper.keyframes)
+    after = write(mapper.map.keyframes)
     assert all(after[name] != content for name, content in before.items() if name != 'map.yaml')
 
 
 def test_a_map_comes_back_to_a_micrometre(mapper, saved):
     keyframes, edges = load_keyframes(saved)
-    assert len(keyframes) == len(mapper.keyframes) > 3
-    for before, after in zip(mapper.keyframes, keyframes, strict=True):
+    assert len(keyframes) == len(mapper.map.keyframes) > 3
+    for before, after in zip(mapper.map.keyframes, keyframes, strict=True):
         assert after.stamp_ns == before.stamp_ns
         np.testing.assert_array_equal(after.pose, before.pose)
         np.testing.assert_allclose(after.surface.points, before.surface.points, atol=1e-6)
         np.testing.assert_allclose(after.surface.normals, before.surface.normals, atol=1e-6)
         np.testing.assert_allclose(after.points, before.points, atol=1e-6)
-    for before, after in zip(mapper.edges, edges, strict=True):
+    for before, after in zip(mapper.map.edges, edges, strict=True):
         assert (after.start, after.end) == (before.start, before.end)
         np.testing.assert_array_equal(after.relative, before.relative)
         np.testing.assert_array_equal(after.information, before.information)
@@ -116,7 +118,7 @@ def test_a_map_comes_back_to_a_micrometre(mapper, saved):
 def test_the_robot_is_found_anywhere_in_a_loaded_map(saved, extend):
     config = MapConfig(extend_map=extend)
     mapper = Mapper(config, *load_keyframes(saved))
-    size = len(mapper.keyframes)
+    size = len(mapper.map.keyframes)
     true, odometry = planar(1.5, 1.5, -2.0), planar(7.0, -3.0, 0.4)
     found = [
         mapper.add(Cloud(k * NS, cloud(CROOKED, true, seed=50 + k), odometry)) for k in range(6)
@@ -124,7 +126,7 @@ def test_the_robot_is_found_anywhere_in_a_loaded_map(saved, extend):
     assert found[0].lost
     assert not found[-1].lost
     np.testing.assert_allclose(found[-1].pose, true, atol=0.02)
-    assert (len(mapper.keyframes) > size) == extend
+    assert (len(mapper.map.keyframes) > size) == extend
 
 
 def test_a_map_that_must_not_grow_has_to_be_loaded():
@@ -182,6 +184,7 @@ def test_arrays_that_are_no_map_are_refused(saved, tmp_path, change):
     [
         ('pose', np.zeros_like),
         ('pose', lambda pose: 1.01 * pose),
+        ('pose', lambda pose: pose * [1.0, 1.0, -1.0, 1.0]),  # mirrored
         ('relative', lambda relative: relative + np.eye(4)),
         ('surface', lambda surface: 2.0 * surface),
         ('information', np.negative),
@@ -200,8 +203,18 @@ def test_arrays_of_values_that_no_map_has_are_refused(saved, tmp_path, name, spo
 @pytest.mark.parametrize('left', [0, 1])
 def test_keyframes_that_no_edge_leads_to_are_refused(mapper, tmp_path, left):
     path = tmp_path / 'keyframes.npz'
-    save_keyframes(path, mapper.keyframes, mapper.edges[:left])
+    save_keyframes(path, mapper.map.keyframes, mapper.map.edges[:left])
     with pytest.raises(SavedMapError, match='is not a map: edges do not join all keyframes'):
+        load_keyframes(path)
+
+
+def test_a_directory_of_arrays_that_begins_too_late_is_no_error_of_the_disk(saved, tmp_path):
+    content = bytearray(saved.read_bytes())
+    begin = int.from_bytes(content[-6:-2], 'little')  # in the last record of a zip file
+    content[-6:-2] = (begin + 1000).to_bytes(4, 'little')  # its first file then begins before 0
+    path = tmp_path / 'keyframes.npz'
+    path.write_bytes(content)
+    with pytest.raises(SavedMapError, match='is not a map'):
         load_keyframes(path)
 
 

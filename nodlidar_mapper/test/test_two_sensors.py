@@ -104,7 +104,7 @@ def test_both_sensors_locate_the_robot_alike(recordings, drive):
 
 def test_the_common_map_lies_on_the_room(recordings, clouds, drive):
     mapper, found = drive
-    points = lasting_surface(mapper.keyframes).points
+    points = lasting_surface(mapper.map.keyframes).points
     recording = recordings[clouds[0][1]]
     begin = robot_at(recording, found[0].stamp_ns) @ mount_of(clouds[0][1])
     stamps = np.full(len(points), START_NS)

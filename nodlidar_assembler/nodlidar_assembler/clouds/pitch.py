@@ -105,7 +105,7 @@ def _require_bracket(
 ) -> None:
     if sample_time[0] > 0.0:
         raise PitchError('no joint sample before the first beam')
-    if sample_time[-1] < offset[-1]:
+    if sample_time[-1] < offset[-1] - 1.0 / NS_PER_S:  # stamps are rounded
         raise PitchError('no joint sample after the last beam')
     first = sample_time.searchsorted(0.0, side='right') - 1
     used = sample_time[first : sample_time.searchsorted(offset[-1], side='left') + 1]

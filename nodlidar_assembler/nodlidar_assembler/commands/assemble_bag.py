@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from nodlidar_assembler.bags.bag_clouds import SUFFIXES, Summary, write_clouds
 from nodlidar_assembler.bags.bag_options import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.bag_topics import Topics
+from nodlidar_assembler.bags.write_clouds import SUFFIXES, Summary, write_clouds
 from nodlidar_assembler.clouds.level_ranges import LEVEL_SCANS
 from nodlidar_assembler.clouds.pipeline import CLOUD_MODES, EGO_MOTION_MODES
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS

@@ -6,9 +6,9 @@ from contextlib import ExitStack
 from pathlib import Path
 import time
 
-from nodlidar_assembler.bags.bag_clouds import open_output
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_assembler.bags.write_clouds import open_output
 from nodlidar_assembler.clouds.mixed_pixels import MixedPixelConfig
 from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig

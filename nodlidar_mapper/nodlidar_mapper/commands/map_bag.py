@@ -24,6 +24,7 @@ from nodlidar_common.parameters import check
 from nodlidar_common.terminal import progress_bar, result_console
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.live import make_parent
+from nodlidar_mapper.map_snapshot import MapSnapshot
 from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.offline import estimates
 from nodlidar_mapper.output.grid import GridConfig
@@ -59,15 +60,14 @@ def main(argv: Sequence[str] | None) -> None:
     clouds, drops = clouds_in(log, config)
     with progress_bar() as bar:
         found = estimates(mapper, bar.track(clouds, description='mapping'), log, config)
-    path = mapper.path_of(found)
-    stamps_ns = [each.stamp_ns for each in found]
-    surface = write_map(arguments.output, mapper.keyframes, mapper.edges, stamps_ns, path, cells)
+    snapshot = MapSnapshot.of(mapper, found)
+    surface = write_map(arguments.output, snapshot, cells)
     seconds = time.perf_counter() - begin
     recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S
     assert log.odometry is not None
     delay = odometry_delay(clouds, log.odometry, config)
     jitter = OdometryJitter.worst(log.odometry)
-    length = float(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1).sum())
+    length = float(np.linalg.norm(np.diff(snapshot.path[:, :3, 3], axis=0), axis=1).sum())
     table = Table(show_header=False)
     table.add_column()
     table.add_column(justify='right', overflow='fold')
@@ -79,8 +79,8 @@ def main(argv: Sequence[str] | None) -> None:
         'odometry is late by': _late(*delay, config.odometry_delay),
         **({} if jitter is None else {'its stamps jitter by': jitter}),
         'path': f'{length:.1f} m',
-        'keyframes': len(mapper.keyframes),
-        'loops closed': mapper.loops,
+        'keyframes': len(snapshot.keyframes),
+        'loops closed': snapshot.loops,
         'points': len(surface.points),
         'done in': f'{seconds:.1f} s',
         'times real time': f'{recorded / seconds:.0f}',

@@ -7,8 +7,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.whole_file import whole_files
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
-from nodlidar_mapper.graph.keyframe import Keyframe
-from nodlidar_mapper.graph.pose_graph import Edge
+from nodlidar_mapper.map_snapshot import MapSnapshot
 from nodlidar_mapper.output.grid import FREE, Grid, grid_of, GridConfig, OCCUPIED
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_mapper.output.picture import write_picture
@@ -25,15 +24,9 @@ AXES = ('x', 'y', 'z', 'nx', 'ny', 'nz')
 
 
 def write_map(
-    folder: Path,
-    keyframes: Sequence[Keyframe],
-    edges: Sequence[Edge],
-    stamps_ns: Sequence[int],
-    path: Array,
-    config: GridConfig,
-    with_keyframes: bool = True,
+    folder: Path, snapshot: MapSnapshot, config: GridConfig, with_keyframes: bool = True
 ) -> Surface:
-    """Write a map and a path (n, 4, 4) into a folder, all files or none; return its surfaces.
+    """Write a map and the path into a folder, all files or none; return its surfaces.
 
     The keyframes may have been written before.
 
@@ -44,14 +37,15 @@ def write_map(
     EmptyMapError
         If there is no surface.
     """
+    keyframes, path = snapshot.keyframes, snapshot.path
     surface = lasting_surface(keyframes)
     grid = grid_of(surface, keyframes, config)
     with whole_files(folder) as part:
         write_surface(part / 'map.ply', surface)
         write_grid(part, grid)
-        write_path(part / 'trajectory.txt', stamps_ns, path)
+        write_path(part / 'trajectory.txt', snapshot.stamps_ns, path)
         if with_keyframes:
-            save_keyframes(part / KEYFRAMES, keyframes, edges)
+            save_keyframes(part / KEYFRAMES, keyframes, snapshot.edges)
         write_picture(part / 'map.png', grid, path)
     return surface
 

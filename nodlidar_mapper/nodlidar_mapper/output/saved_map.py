@@ -79,12 +79,12 @@ def load_keyframes(path: Path) -> tuple[list[Keyframe], list[Edge]]:
     """
     if path.exists() and not path.is_file():  # reading a pipe might never end
         raise SavedMapError(f"'{path}' is not a map: it is no file")
+    with named(path):
+        content = BytesIO(path.read_bytes())
     try:
-        with named(path), np.load(path, allow_pickle=False) as file:
+        with np.load(content, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         _check(arrays)
-    except OSError:
-        raise
     except Exception as error:  # of zipfile, zlib or NumPy, which do not say which
         raise SavedMapError(f"'{path}' is not a map: {error}") from error
     surfaces = _parts(arrays['surface'], arrays['surface_counts'])
@@ -138,7 +138,7 @@ def _check_values(arrays: dict[str, NDArray[Any]]) -> None:
         raise ValueError('an index or a count is out of range')
     for name in ('pose', 'relative'):
         off = inverse(arrays[name]) @ arrays[name] - np.eye(4)
-        if (np.abs(off) > ROUNDING).any():
+        if (np.abs(off) > ROUNDING).any() or (np.linalg.det(arrays[name]) < 0.0).any():
             raise ValueError(f'{name} is not rigid')
     length = np.linalg.norm(arrays['surface'][:, 3:], axis=1)
     if (np.abs(length - 1.0) > ROUNDING).any():

@@ -121,9 +121,8 @@ def match(
     prior: Array,
     config: MatchingConfig,
     reach: float | None = None,
-    slips: bool = False,
     start: Array | None = None,
-    slip_time: float = 0.0,
+    slip_time: float | None = None,
 ) -> Match:
     """Return where a cloud fits a surface, each point on the side from which it was seen.
 
@@ -141,24 +140,23 @@ def match(
         Parameters.
     reach
         Farthest surface that a point may belong to at first [m]; by default that of the config.
-    slips
-        Whether wheels may have slipped: the more the surfaces contradict the prior, the less it
-        counts.
     start
         Pose that the search starts from; by default the guess.
     slip_time
-        Time for which wheels slipped evenly until the instant of the cloud, which bent it [s]; 0
-        if they slipped before the cloud.
+        Time for which wheels may have slipped evenly until the instant of the cloud, which bent
+        it [s]; 0 if they slipped before the cloud. The more the surfaces then contradict the
+        prior, the less it counts. None if wheels hold.
     """
     free, noise = config.free, config.range_error
     pose = start = guess if start is None else start
     reach = reach or config.reach
+    slips = slip_time is not None
     width = reach / WIDE if slips else noise
     surface = surface.visible(seen.moved(start))
     nothing, fit = Match.none(start, len(seen.points)), None
     if not len(surface.points):
         return nothing
-    shares = seen.shares(slip_time)
+    shares = seen.shares(slip_time or 0.0)
     for _ in range(ITERATIONS):
         change = change_between(guess, pose)
         here = seen.slipped(guess, change, shares) if slip_time else seen.moved(pose)

@@ -8,11 +8,11 @@ import subprocess
 import sys
 
 from bags import entries_of, recording, START_NS, write_bag, write_messages
-from nodlidar_assembler.bags.bag_clouds import write_clouds
 from nodlidar_assembler.bags.bag_topics import BagError, Topics
 from nodlidar_assembler.bags.point_files import OutputError
 from nodlidar_assembler.bags.read_bag import read_bag, with_odometry
 from nodlidar_assembler.bags.sensor_log import assemble_log
+from nodlidar_assembler.bags.write_clouds import write_clouds
 from nodlidar_assembler.clouds.point_layout import xyz_in
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput

@@ -1,0 +1,47 @@
+"""The map and the path of the robot, as they are after a cloud."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from nodlidar_mapper.geometry.poses import Array
+from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
+from nodlidar_mapper.graph.pose_graph import Edge
+from nodlidar_mapper.mapper import Mapper
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapSnapshot:
+    """What is known after a cloud: the map, and the path of the robot.
+
+    Attributes
+    ----------
+    estimate
+        Where the cloud was taken.
+    keyframes, edges
+        Of the map, as they are now.
+    loops
+        Number of loops closed.
+    stamps_ns, path
+        Where the robot was [ns], as poses in the map, shape (n, 4, 4).
+    """
+
+    estimate: Estimate
+    keyframes: list[Keyframe]
+    edges: list[Edge]
+    loops: int
+    stamps_ns: list[int]
+    path: Array
+
+    @classmethod
+    def of(cls, mapper: Mapper, estimates: Sequence[Estimate]) -> MapSnapshot:
+        """Return the map of a mapper, and the path along its estimates, the last one of now."""
+        return cls(
+            estimates[-1],
+            list(mapper.map.keyframes),
+            list(mapper.map.edges),
+            mapper.map.loops,
+            [each.stamp_ns for each in estimates],
+            mapper.path_of(estimates),
+        )
