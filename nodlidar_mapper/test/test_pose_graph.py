@@ -85,8 +85,7 @@ def test_distances_are_the_shortest_of_all_ways(count, data):
     poses = ring(count)
     pairs = [(k, k + 1) for k in range(count - 1)]
     extra = st.tuples(st.integers(0, count - 1), st.integers(0, count - 1))
-    pairs += [pair for pair in data.draw(st.lists(extra, max_size=4)) if pair[0] < pair[1] - 1]
-    pairs = sorted(set(pairs))
+    pairs += [pair for pair in data.draw(st.lists(extra, max_size=4)) if pair[0] < pair[1]]
     length = np.full((count, count), np.inf)
     np.fill_diagonal(length, 0.0)
     for i, j in pairs:

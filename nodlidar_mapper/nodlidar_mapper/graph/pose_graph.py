@@ -152,7 +152,10 @@ def _shortest(index: int, poses: Array, edges: Sequence[Edge]) -> tuple[Array, N
     """Return these lengths, and the keyframe before each one on its way."""
     ways = np.array([edge.relative[:3, 3] for edge in edges]).reshape(-1, 3)
     length = np.linalg.norm(ways, axis=1) + 1e-3
-    start, end = [edge.start for edge in edges], [edge.end for edge in edges]
-    graph = csr_matrix((length, (start, end)), shape=(len(poses), len(poses)))
+    pairs = np.array([(edge.start, edge.end) for edge in edges], dtype=np.intp).reshape(-1, 2)
+    order = np.argsort(length)  # of several edges of a pair, csr_matrix would take the sum
+    _, shortest = np.unique((pairs @ [len(poses), 1])[order], return_index=True)
+    chosen = order[shortest]
+    graph = csr_matrix((length[chosen], pairs[chosen].T), shape=(len(poses), len(poses)))
     way, before = dijkstra(graph, directed=False, indices=index, return_predecessors=True)
     return np.asarray(way), np.asarray(before)
