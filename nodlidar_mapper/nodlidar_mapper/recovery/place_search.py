@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, floor, pi
+from typing import Any
 
 from nodlidar_mapper.geometry.poses import Array, between, inverse, moved, planar
 from nodlidar_mapper.geometry.seen import Seen
@@ -18,6 +19,7 @@ from scipy.ndimage import binary_dilation
 # Places are searched on a grid, by the cubes that the map fills.
 CUBE = 0.25  # m
 TURN = 0.06  # rad
+FILLED = 2  # what a point in such a cube counts, and beside one half of it
 SPACING = 0.5  # of the points that are searched with [m]
 OFF = 2.0  # the robot is at most so far off the keyframes, along x and y [m]
 APART = 0.75, 0.3  # candidates differ by more than this [m], [rad]
@@ -161,18 +163,12 @@ def _candidates(seen: Seen, surface: Surface, area: Area, known: Array) -> Itera
     first = (area.pose[:2, 3] - reach) / CUBE + (along_x[0], along_y[0])
     last = (area.pose[:2, 3] + reach) / CUBE + (along_x[-1], along_y[-1])
     filled, corner = _filled(surface.points, np.floor(first), np.floor(last))
-    scores = np.stack(
-        [
-            _scores(
-                moved(planar(0.0, 0.0, turn), few) + area.pose[:3, 3],
-                filled,
-                corner,
-                along_x,
-                along_y,
-            )
-            for turn in turns
-        ]
+    scores = np.zeros(
+        (len(turns), len(along_x), len(along_y)), dtype=np.min_scalar_type(FILLED * len(few))
     )
+    for turn, score in zip(turns, scores, strict=True):
+        points = moved(planar(0.0, 0.0, turn), few) + area.pose[:3, 3]
+        _add_scores(score, points, filled, corner - (along_x[0], along_y[0], 0))
     for _ in range(CANDIDATES):
         best = np.unravel_index(int(np.argmax(scores)), scores.shape)
         turn, x, y = turns[best[0]], along_x[best[1]] * CUBE, along_y[best[2]] * CUBE
@@ -183,7 +179,7 @@ def _candidates(seen: Seen, surface: Surface, area: Area, known: Array) -> Itera
         near_turn = np.minimum(off, 2.0 * pi - off) <= APART[1]
         near_x = np.abs(along_x * CUBE - x) <= APART[0]
         near_y = np.abs(along_y * CUBE - y) <= APART[0]
-        scores[np.ix_(near_turn, near_x, near_y)] = -1.0
+        scores[np.ix_(near_turn, near_x, near_y)] = 0
 
 
 def _steps(at: float, distance: float, known: Array) -> NDArray[np.intp]:
@@ -195,8 +191,8 @@ def _steps(at: float, distance: float, known: Array) -> NDArray[np.intp]:
 
 def _filled(
     points: Array, first: Array, last: Array
-) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
-    """Return how much of the map each cube (z, x, y) has: 1, beside one a half; the corner.
+) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
+    """Return how much of the map each cube (z, x, y) has: FILLED, beside one 1; and the corner.
 
     There is room for the cubes from first to last, shape (2,) each, so that none is beside it.
     """
@@ -204,26 +200,19 @@ def _filled(
     cubes = np.floor(points / CUBE).astype(np.intp) - corner
     filled = np.zeros(cubes.max(axis=0) + 3, dtype=np.bool_)
     filled[tuple(cubes.T)] = True
-    shares = (filled + binary_dilation(filled).astype(np.float32)) / np.float32(2.0)
+    shares = np.add(filled, binary_dilation(filled), dtype=np.uint8)
     before = np.maximum(corner[:2] - first, 0.0).astype(np.intp)
     behind = np.maximum(last - corner[:2] - filled.shape[:2] + 1.0, 0.0).astype(np.intp)
     room = (0, 0), (before[0], behind[0]), (before[1], behind[1])
     return np.pad(np.moveaxis(shares, 2, 0), room), corner - (*before, 0)
 
 
-def _scores(
-    points: Array,
-    filled: NDArray[np.float32],
-    corner: NDArray[np.intp],
-    along_x: NDArray[np.intp],
-    along_y: NDArray[np.intp],
-) -> NDArray[np.float32]:
-    """Return the mean of the map at points (n, 3), for each step along x and y."""
-    steps_x, steps_y = len(along_x), len(along_y)
+def _add_scores(
+    scores: NDArray[Any], points: Array, filled: NDArray[np.uint8], corner: NDArray[np.intp]
+) -> None:
+    """Add how much of the map points (n, 3) have to scores (x, y), of each step along x and y."""
+    steps_x, steps_y = scores.shape
     cubes = np.floor(points / CUBE).astype(np.intp) - corner
-    cubes += along_x[0], along_y[0], 0
     inside = (cubes[:, 2] >= 0) & (cubes[:, 2] < len(filled))
-    total = np.zeros((steps_x, steps_y), dtype=np.float32)
     for x, y, z in cubes[inside].tolist():
-        total += filled[z, x : x + steps_x, y : y + steps_y]
-    return np.asarray(total / max(len(points), 1))
+        scores += filled[z, x : x + steps_x, y : y + steps_y]
