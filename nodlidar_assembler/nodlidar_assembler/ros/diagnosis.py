@@ -28,6 +28,7 @@ from rclpy.node import Node
 
 _RECENT = 1.0  # s, for which drops, losses and errors are reported
 _BLIND = 3.0  # s without a range; in a hall, a sweep may have none for a second
+_BEHIND = 2.0  # s; scans that come so long after odometry of their time are of another clock
 _AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
 
 
@@ -83,6 +84,7 @@ class Diagnosis:
         self._recent = Recent(_RECENT)
         self._recent.add(steady_ns(), Counter())
         self._latency = self._restamped = 0.0
+        self._behind = 0.0  # by how much the last scan ended before the newest odometry [s]
         self.agreement = SweepAgreement()
         self.updater = SteadyUpdater(node, config.frame_id, self._state)
         self.updater.add('clouds', self._report)
@@ -93,6 +95,8 @@ class Diagnosis:
         self.counts.update(scans=1, beams=len(scan.ranges))
         self._scan_silence.heard(now_ns, scan.stamp_ns)
         self._note_late(SCANS, scan.end_ns, self._scans.arrived_ns)
+        if self._odometry is not None and self._odometry.newest_ns is not None:
+            self._behind = (self._odometry.newest_ns - scan.end_ns) / NS_PER_S
         if self._range_ns is None or scan.geometry.measured(scan.ranges).any():
             self._range_ns = now_ns
 
@@ -194,8 +198,10 @@ class Diagnosis:
         )
 
     def _clock_ahead(self) -> str:
-        """Return that odometry is of a clock ahead of that of scans and host; empty if not."""
+        """Return that odometry is of a clock ahead of that of scans or host; empty if not."""
         odometry = self._odometry
+        if odometry is not None and self._behind > _BEHIND:
+            return f'odometry is stamped {self._behind:.1f} s after scans: synchronise the clocks'
         # If the clouds are late by less than nothing, it is the host's clock that is behind; a
         # simulated clock moves in steps.
         if odometry is None or self._latency < 0.0 or self._node.get_clock().ros_time_is_active:
