@@ -281,6 +281,19 @@ def test_stamps_that_drift_are_named(log, monkeypatch):
         running.spin_until(lambda: any(drifted in text for text in texts(running)))
 
 
+@pytest.mark.parametrize(('ahead', 'is_named'), [(0.05, False), (5.0, True)])
+def test_joint_states_of_a_clock_that_is_ahead_are_named(ahead, is_named):
+    with bench() as running:
+        joints, diagnosis = running.node.assembly.assembler.joint, running.node.diagnosis
+        running.spin_until(lambda: running.node.count_publishers('joint_states'))
+        stamp_ns = running.node.get_clock().now().nanoseconds + round(ahead * 1e9)
+        for at in (stamp_ns, stamp_ns + 1):
+            running.states.publish(state_message(at, 0.0))
+        running.spin_until(lambda: not joints.missing_input)
+        found = [text for text in diagnosis._warnings() if 'in the future' in text]
+    assert [text.startswith("'nod_joint' is stamped ") for text in found] == [True] * is_named
+
+
 def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):
     parameters = 'deadline:=10.0', 'scan_memory:=1.5'
     with bench(*parameters) as running:

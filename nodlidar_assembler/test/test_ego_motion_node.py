@@ -205,6 +205,20 @@ def test_odometry_of_a_clock_that_is_ahead_is_named():
         assert 'synchronise the clocks' in text
 
 
+@pytest.mark.parametrize(('ahead', 'named'), [(0.9, []), (5.0, ['5.0 s after scans'])])
+def test_scans_of_a_clock_behind_that_of_odometry_are_named(ahead, named):
+    last = driven('wall', 0.5).scans[-1]
+    newest_ns = last.end_ns + round(ahead * 1e9)
+    sent = transform('odom', 'nodlidar_base_link', newest_ns, (0, 0, 0), (0, 0, 0, 1))
+    with bench() as running:
+        diagnosis = running.node.diagnosis
+        running._tf.publish(TFMessage(transforms=[sent]))
+        running.spin_until(lambda: running.node.odometry.newest_ns == newest_ns)
+        diagnosis.scan_arrived(last)
+        found = [text for text in diagnosis._warnings() if 'after scans' in text]
+    assert found == [f'odometry is stamped {text}: synchronise the clocks' for text in named]
+
+
 def test_odometry_that_is_sent_again_with_newer_stamps_is_named():
     with bench() as running:
         node = running.node

@@ -290,6 +290,23 @@ def test_scans_of_another_frame_are_refused_until_the_first_is_silent():
     assert reasons == [(k, ScanInput.OTHER_FRAME) for k in (2, *range(4, 14))]
 
 
+@pytest.mark.parametrize('scan_clock', ['host', 'device'])
+@pytest.mark.parametrize('time_increment', [0.1 / 1024, 0.0])
+def test_scans_whose_stamp_stands_still_are_refused_as_long_as_it_does(scan_clock, time_increment):
+    inputs = ScanInput(AssemblerConfig(scan_clock=scan_clock))
+    reasons = []
+    for k in range(60):
+        message = scan(time_increment=time_increment)
+        moves = k if k < 10 else max(10, k - 29)  # still for thirty scans
+        message.header.stamp = time_message(START_NS + moves * 10**8)
+        try:
+            inputs.scan(message, START_NS + k * 10**8)
+        except RefusedScanError as refusal:
+            reasons.append((k, str(refusal)))
+    still = [k for k, reason in reasons if reason == ScanInput.SAME_STAMP]
+    assert still == list(range(11, 40))
+
+
 def test_malformed_scans_of_another_frame_refuse_none():
     inputs = ScanInput(AssemblerConfig())
     for k in range(10):

@@ -19,8 +19,10 @@ SWEEP = 7547
 NOD = Nod(-0.61, 0.61, SWEEP * 0.1 / 1024, SWEEP, 0)
 
 
-def watched(scene, delay=0.0, velocity=(0.0, 0.0), backwards=False, increment=1.0):
-    """Return the watch after 13 s in a scene, with windows of 4 s.
+def watched(
+    scene, delay=0.0, velocity=(0.0, 0.0), backwards=False, increment=1.0, nod=NOD, duration=13.0
+):
+    """Return the watch after a duration [s] in a scene, with windows of 4 s.
 
     The joint states have a delay [s], the ranges are in the wrong order, or scans state the time
     between beams times an increment.
@@ -28,7 +30,7 @@ def watched(scene, delay=0.0, velocity=(0.0, 0.0), backwards=False, increment=1.
     lidar = LidarParameters(noise=0.006, noise_growth=0.004)
     still = replace(load_scene(scene, ideal=True), lidar=lidar, base_legs=(), base_repeat=False)
     sensor = SensorModel(joint_rate=100.0)
-    seen = simulate(replace(still, base_velocity=velocity), NOD, 13.0, 1, sensor=sensor)
+    seen = simulate(replace(still, base_velocity=velocity), nod, duration, 1, sensor=sensor)
     geometry = ScanGeometry(
         len(seen.azimuth),
         float(seen.azimuth[0]),
@@ -89,6 +91,13 @@ def test_a_wrong_time_between_beams_is_warned_of(increment):
     watch = watched('room', increment=increment)
     assert watch.pace == pytest.approx(1.0 / increment, rel=0.2)
     assert f'time between beams is {watch.pace:.2f} times the time_increment' in watch.warning
+
+
+def test_a_nod_that_repeats_itself_shows_neither_delay_nor_pace(monkeypatch):
+    monkeypatch.setattr(module, 'WINDOW', 20.0)
+    nod = Nod(-0.61, 0.61, 0.7, 7 * 1024, 0)  # a sweep is seven revolutions
+    watch = watched('room', nod=nod, duration=21.0)
+    assert np.isnan([watch.delay, watch.pace]).all()
 
 
 def test_a_scan_without_a_beam_that_counts_is_taken():

@@ -12,7 +12,13 @@ from nodlidar_bringup.checks.graph import check_graph, Endpoint, Graph, Topic
 from nodlidar_bringup.checks.host import check_host, EARLIEST_NS, Host, REFERENCE
 from nodlidar_bringup.checks.network import check_network, Network
 from nodlidar_bringup.checks.ports import Answer, check_ports, Port, ServoSettings
-from nodlidar_bringup.checks.traffic import check_content, check_traffic, Content, Traffic
+from nodlidar_bringup.checks.traffic import (
+    check_content,
+    check_together,
+    check_traffic,
+    Content,
+    Traffic,
+)
 from nodlidar_bringup.checks.transforms import check_frames, Frames
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
 from nodlidar_servo.device.config import ServoConfig
@@ -37,6 +43,7 @@ TOPICS = {
 }
 AGES = [0.11] * 40
 SCANS = Traffic('scan', 4.0, AGES, [0.1] * 39, frames=frozenset({'laser'}))
+JOINTS = Traffic('joint_states', 4.0, [0.01] * 400, [0.01] * 399)
 CLOUDS = Traffic('points', 12.2, [6.2] * 2, [6.1], lasts=6.1)  # of an LD19's sweeps
 CONTENT = Content(0.9, 'nod_joint', frozenset({'nod_joint'}), [-0.6, 0.0, 0.6])
 PARENTS = {
@@ -90,6 +97,9 @@ def without(frame):
         check_frames(
             replace(FRAMES, parents=without('nodlidar_tilt_link'), joints_come=False)
         ),  # what follows from a silent servo
+        check_together(SCANS, JOINTS, 0.3),
+        check_together(SCANS, replace(JOINTS, ages=[0.4] * 400), 0.3),
+        check_together(SCANS, replace(JOINTS, ages=()), 0.3),
         check_traffic(CLOUDS),
         check_traffic(replace(CLOUDS, seconds=4.0, ages=(), steps=())),
         check_content(CONTENT),
@@ -190,6 +200,11 @@ FAULTS = [
     (check_traffic(replace(CLOUDS, ages=())), 'silent topic', '/diagnostics'),
     (check_traffic(replace(CLOUDS, seconds=24.4)), 'low rate', 'profile:=fast'),
     (check_traffic(replace(CLOUDS, ages=[9.0] * 2)), 'stamps in the past', 'chrony'),
+    (
+        check_together(SCANS, replace(JOINTS, ages=[0.42] * 400), 0.3),
+        'joint states late',
+        'by the clock that stamps the scans',
+    ),
     (check_traffic(replace(SCANS, steps=[0.1, -0.1])), 'stamps go back', 'topic info -v /scan'),
     (check_traffic(replace(SCANS, ages=(), unstamped=40)), 'no stamp', 'stamps each message'),
     (check_content(replace(CONTENT, valid_share=0.0)), 'lidar sees nothing', 'window'),

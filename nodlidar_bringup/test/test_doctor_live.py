@@ -23,6 +23,16 @@ from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from tf2_msgs.msg import TFMessage
 
 FUTURE = 3 * 10**9
+ASSEMBLER = {
+    'frame_id': 'nodlidar_base_link',
+    'laser_xyz': [0.0, 0.0, 0.08],
+    'laser_rpy': [0.0] * 3,
+    'cloud_mode': 'scan',
+    'sweeps_per_cloud': 1,
+    'deadline': 0.3,
+    'scan_delay': 0.0,
+    'joint_delay': 0.0,
+}
 
 
 @pytest.fixture(scope='module')
@@ -159,8 +169,7 @@ def test_a_joint_whose_position_is_missing_is_a_fault(capsys):
 )
 def test_stamps_are_compared_with_the_clock_of_their_node(capsys, behind, on_sim_time, words):
     """Without the servo's node on simulated time, its stamps by /clock are years behind."""
-    others = {'laser_xyz': [0.0] * 3, 'laser_rpy': [0.0] * 3, 'frame_id': 'base'}
-    others |= {'cloud_mode': 'scan', 'sweeps_per_cloud': 1, 'use_sim_time': True}
+    others = ASSEMBLER | {'frame_id': 'base', 'cloud_mode': 'scan', 'use_sim_time': True}
     with (
         spinning_node('servo', 'simulated', use_sim_time=on_sim_time) as servo,
         spinning_node('assembler', 'simulated', **others),
@@ -187,8 +196,7 @@ def test_stamps_are_compared_with_the_clock_of_their_node(capsys, behind, on_sim
 
 
 def test_clouds_of_slow_sweeps_are_no_fault(capsys):
-    settings = {'laser_xyz': [0.0, 0.0, 0.08], 'laser_rpy': [0.0] * 3}
-    settings |= {'frame_id': 'nodlidar_base_link', 'cloud_mode': 'sweep', 'sweeps_per_cloud': 2}
+    settings = ASSEMBLER | {'cloud_mode': 'sweep', 'sweeps_per_cloud': 2}
     sweep = 1.5  # s
     with spinning_node('assembler', 'slow', **settings) as node:
         commands = node.create_publisher(NodCommand, 'nod_command', 1)
@@ -208,9 +216,8 @@ def test_clouds_of_slow_sweeps_are_no_fault(capsys):
 
 
 def test_frames_and_joint_of_a_sensor_have_the_prefix_of_its_assembler(capsys):
-    settings = {'laser_xyz': [0.0, 0.0, 0.08], 'laser_rpy': [0.0] * 3}
-    settings |= {'frame_id': 'second_nodlidar_base_link', 'cloud_mode': 'scan'}
-    with spinning_node('assembler', 'second', sweeps_per_cloud=1, **settings) as node:
+    settings = ASSEMBLER | {'frame_id': 'second_nodlidar_base_link'}
+    with spinning_node('assembler', 'second', **settings) as node:
         states = node.create_publisher(JointState, 'joint_states', 5)
         state = JointState(name=['second_nod_joint'], position=[0.0])
         node.create_timer(0.05, lambda: states.publish(state))

@@ -121,11 +121,13 @@ class ScanInput:
     """
 
     OTHER_FRAME = 'scan of another frame than those before'
+    SAME_STAMP = 'scan with the stamp of the one before'
     LATE = 'scan more than 1 s later than others, or the clock of the lidar was set back'
 
     def __init__(self, config: ScanInputConfig) -> None:
         self._config = config
         self._lidars = OneSource()
+        self._stamp_ns: int | None = None  # of the last scan
         self.timing = ScanTiming()
         self._device_clock = ScanClock() if config.scan_clock == 'device' else None
 
@@ -144,6 +146,9 @@ class ScanInput:
             raise RefusedScanError(f'{error.key} must be {error.limit}', error.value) from error
         if not self._lidars.admits(message.header.frame_id, arrived_ns):
             raise RefusedScanError(self.OTHER_FRAME, message.header.frame_id)
+        if scan.stamp_ns == self._stamp_ns:
+            raise RefusedScanError(self.SAME_STAMP)
+        self._stamp_ns = scan.stamp_ns
         if self._device_clock is not None:
             if not self._device_clock.add(scan.end_ns, arrived_ns):
                 raise RefusedScanError(self.LATE)

@@ -31,7 +31,9 @@ _LEAST_PACE = 0.5  # of beams in the order that scans state; of both orders in t
 _LEAST_IN_CELL, _LEAST_CELLS = 12, 20
 _COLUMNS, _ROWS = 64, 64  # of cells: a turn
 _TERMS = 5  # 1, pitch, azimuth, speed, range
-_MOST_CONDITION = 1e8  # of a cell's equations
+# Of a cell's equations, their terms scaled to one size. Where a nod repeats itself from revolution
+# to revolution, the few beams of a cell do not tell speed from pitch.
+_MOST_CONDITION = 100.0
 
 
 class SweepAgreement:
@@ -157,11 +159,12 @@ def _cell_delays(moments: Array) -> tuple[NDArray[np.intp], Array, Array]:
     column = np.arange(len(moments)) // _ROWS
     full = moments[:, 0, 0] >= _LEAST_IN_CELL
     column, used = column[full], moments[full]
+    size = np.sqrt(np.maximum(used[:, range(4), range(4)], 1e-300))
+    scaled = np.linalg.eigvalsh(used[:, :4, :4] / (size[:, :, None] * size[:, None]))
+    determined = scaled[:, 0] > scaled[:, 3] / _MOST_CONDITION
+    column, used = column[determined], used[determined]
     # Not solve or inv: OpenBLAS spreads these over threads, which then keep every processor busy.
     values, vectors = np.linalg.eigh(used[:, :4, :4])
-    determined = values[:, 0] > values[:, 3] / _MOST_CONDITION
-    column, used = column[determined], used[determined]
-    values, vectors = values[determined], vectors[determined]
     inverse = (vectors / values[:, None]) @ vectors.transpose(0, 2, 1)
     fit = np.einsum('ckj,cj->ck', inverse, used[:, :4, 4])
     rest = used[:, 4, 4] - np.einsum('ck,ck->c', fit, used[:, :4, 4])

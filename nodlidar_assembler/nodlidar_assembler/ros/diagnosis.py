@@ -28,6 +28,7 @@ from rclpy.node import Node
 
 _RECENT = 1.0  # s, for which drops, losses and errors are reported
 _BLIND = 3.0  # s without a range; in a hall, a sweep may have none for a second
+_BEHIND = 2.0  # s; scans that come so long after odometry of their time are of another clock
 _AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
 
 
@@ -83,6 +84,8 @@ class Diagnosis:
         self._recent = Recent(_RECENT)
         self._recent.add(steady_ns(), Counter())
         self._latency = self._restamped = 0.0
+        self._joint_ahead_ns = 0  # by how much the last joint state was stamped after its arrival
+        self._behind = 0.0  # by how much the last scan ended before the newest odometry [s]
         self.agreement = SweepAgreement()
         self.updater = SteadyUpdater(node, config.frame_id, self._state)
         self.updater.add('clouds', self._report)
@@ -93,6 +96,8 @@ class Diagnosis:
         self.counts.update(scans=1, beams=len(scan.ranges))
         self._scan_silence.heard(now_ns, scan.stamp_ns)
         self._note_late(SCANS, scan.end_ns, self._scans.arrived_ns)
+        if self._odometry is not None and self._odometry.newest_ns is not None:
+            self._behind = (self._odometry.newest_ns - scan.end_ns) / NS_PER_S
         if self._range_ns is None or scan.geometry.measured(scan.ranges).any():
             self._range_ns = now_ns
 
@@ -108,7 +113,9 @@ class Diagnosis:
 
     def _sample_arrived(self, time_ns: int, pitch: float) -> None:
         self._joint_silence.heard(steady_ns(), time_ns)
-        self._note_late(self._joint_name, time_ns, self._states.arrived_ns)
+        arrived_ns = self._states.arrived_ns
+        self._note_late(self._joint_name, time_ns, arrived_ns)
+        self._joint_ahead_ns = time_ns - arrived_ns if arrived_ns else 0
         self._following.add(time_ns, pitch, self._commanded())
 
     def _odometry_arrived(
@@ -194,16 +201,23 @@ class Diagnosis:
         )
 
     def _clock_ahead(self) -> str:
-        """Return that odometry is of a clock ahead of that of scans and host; empty if not."""
+        """Return which input is of a clock ahead of that of scans or host; empty if none is."""
         odometry = self._odometry
+        if odometry is not None and self._behind > _BEHIND:
+            return f'odometry is stamped {self._behind:.1f} s after scans: synchronise the clocks'
         # If the clouds are late by less than nothing, it is the host's clock that is behind; a
         # simulated clock moves in steps.
-        if odometry is None or self._latency < 0.0 or self._node.get_clock().ros_time_is_active:
+        if self._latency < 0.0 or self._node.get_clock().ros_time_is_active:
             return ''
-        ahead = odometry.ahead_ns / NS_PER_S
+        inputs = {
+            f"'{self._joint_name}'": self._joint_ahead_ns,
+            'odometry': 0 if odometry is None else odometry.ahead_ns,
+        }
+        name, ahead_ns = max(inputs.items(), key=lambda each: each[1])
+        ahead = ahead_ns / NS_PER_S
         if ahead < _AHEAD:
             return ''
-        return f'odometry is stamped {ahead:.2f} s in the future: synchronise the clocks'
+        return f'{name} is stamped {ahead:.2f} s in the future: synchronise the clocks'
 
     def _losses(self) -> Counter[str]:
         """Return the numbers of drops, losses, wrong clouds and internal errors so far."""

@@ -143,6 +143,21 @@ def _stamps(traffic: Traffic, name: str) -> list[Finding]:
     return findings
 
 
+def check_together(scans: Traffic, joints: Traffic, deadline: float) -> list[Finding]:
+    """Return whether joint states come too late for the scans, which wait for a deadline [s]."""
+    if not scans.ages or not joints.ages:
+        return []
+    behind = float(np.median(joints.ages) - np.median(scans.ages))
+    if behind < deadline:
+        return []
+    text = (
+        f"stamps on '{joints.topic}' are {behind:.2g} s behind those on '{scans.topic}': no scan "
+        f'waits so long (deadline: {deadline:g} s)'
+    )
+    remedy = 'stamp joint states when they are measured, by the clock that stamps the scans'
+    return [fault('joint states late', text, remedy)]
+
+
 def _synchronise(clock: str) -> str:
     if clock == SIMULATED:
         return 'ros2 topic info -v /clock shows who publishes; end all but one, as a second bag'

@@ -29,7 +29,12 @@ from nodlidar_bringup.checks.ports import (
     ServoSettings,
 )
 from nodlidar_bringup.checks.report import Section
-from nodlidar_bringup.checks.traffic import check_content, check_traffic, stands_still
+from nodlidar_bringup.checks.traffic import (
+    check_content,
+    check_together,
+    check_traffic,
+    stands_still,
+)
 from nodlidar_bringup.checks.transforms import check_frames, Frames
 from nodlidar_bringup.ros.discovery import announce_often
 from nodlidar_bringup.ros.node_settings import inactive, mute, settings_of
@@ -50,7 +55,7 @@ _SETTINGS = {
     'servo': ('use_sim_time', 'port', 'baud_rate', 'servo_id'),
     'assembler': (
         *('use_sim_time', 'frame_id', 'laser_xyz', 'laser_rpy'),
-        *('cloud_mode', 'sweeps_per_cloud'),
+        *('cloud_mode', 'sweeps_per_cloud', 'deadline', 'scan_delay', 'joint_delay'),
     ),
 }
 _OF_ROS2_CONTROL = ('use_sim_time', 'controller')  # of the node that takes the servo's place
@@ -135,7 +140,7 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
     return (
         [
             Section('nodes', check_graph(graph)),
-            Section('messages', _of_messages(watch, lasts, prefix, _stamped_by_clock(graph))),
+            Section('messages', _of_messages(watch, lasts, prefix, graph, settings)),
             Section('transforms', check_frames(frames)),
             Section('mount', _of_mount(watch, frames, prefix)),
             Section('diagnostics', check_diagnostics(watch.statuses, space)),
@@ -194,15 +199,19 @@ def _stamped_by_clock(graph: Graph) -> set[str]:
 
 
 def _of_messages(
-    watch: SystemWatch, lasts: float, prefix: str, on_sim_time: set[str]
+    watch: SystemWatch, lasts: float, prefix: str, graph: Graph, settings: Settings
 ) -> list[Finding]:
-    joint = f'{prefix}{JOINT}'
-    traffic = [
-        watch.traffic(name, lasts if name == 'points' else 0.0, name in on_sim_time, joint)
+    joint, on_sim_time = f'{prefix}{JOINT}', _stamped_by_clock(graph)
+    traffic = {
+        name: watch.traffic(name, lasts if name == 'points' else 0.0, name in on_sim_time, joint)
         for name in SOURCES
-    ]
-    of_topics = [finding for each in traffic for finding in check_traffic(each)]
-    return [*of_topics, *check_content(watch.content(joint))]
+    }
+    findings = [finding for each in traffic.values() for finding in check_traffic(each)]
+    assembler = settings.get('assembler', {})
+    if 'deadline' in assembler:  # it answered
+        waits = assembler['deadline'] + assembler['scan_delay'] - assembler['joint_delay']
+        findings += check_together(traffic['scan'], traffic['joint_states'], waits)
+    return [*findings, *check_content(watch.content(joint))]
 
 
 def _frames(watch: SystemWatch, prefix: str, settings: Settings) -> Frames:
