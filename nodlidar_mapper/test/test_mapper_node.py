@@ -22,6 +22,7 @@ from nodlidar_mapper.mapper import FIRST
 from nodlidar_mapper.output import saved_map
 from nodlidar_mapper.ros import cloud_input, diagnosis, kept_map, map_output, messages
 from nodlidar_mapper.ros.cloud_input import (
+    BEHIND,
     BUSY,
     LOST,
     MOST_FRAMES,
@@ -56,7 +57,7 @@ class Robot(Node):
         super().__init__('robot')
         self._tf = TransformBroadcaster(self)
         self._clouds = self.create_publisher(PointCloud2, 'points', 10)
-        self._others = self.create_publisher(PointCloud2, 'other/points', 10)
+        self.others = self.create_publisher(PointCloud2, 'other/points', 10)
         self.given = self.create_publisher(PoseWithCovarianceStamped, 'initialpose', 1)
         self.transforms = Buffer()
         self._listener = TransformListener(self.transforms, self)
@@ -98,7 +99,7 @@ class Robot(Node):
     def send_two(self, first, second):
         """Send a cloud on both topics, or on one."""
         message = messages.surface_message(Surface(*np.ones((2, 9, 3))), START_NS, 'base_link')
-        for publisher in [self._clouds] * first + [self._others] * second:
+        for publisher in [self._clouds] * first + [self.others] * second:
             publisher.publish(message)
 
     def send_malformed(self, seconds):
@@ -771,6 +772,19 @@ def test_a_sensor_that_is_silent_is_told_apart_from_the_other(running):
     send(True, False, lambda: any('no cloud on' in words for words in robot.words()))
     assert not any('no cloud on /points' in words for words in robot.words())
     assert any('no cloud on /other/points for' in words for words in robot.words())
+
+
+@pytest.mark.parametrize('running', [TWO], indirect=True)
+def test_clouds_far_behind_those_of_the_other_sensor_are_dropped_and_counted(running):
+    robot, mapper, until = running
+    drive(running, 0, [np.eye(4)] * 6, [np.eye(4)] * 6)
+    until(lambda: mapper.count_publishers('other/points'))
+    robot.send_cloud(2.0, np.eye(4), publisher=robot.others)
+    until(lambda: mapper.clouds.drops[BEHIND] == 1)
+    robot.send_cloud(3.0, np.eye(4), publisher=robot.others)
+    until(lambda: seconds_of(mapper.output.snapshot.estimate.stamp_ns) == 3.0)
+    match(running, 6, np.eye(4), np.eye(4))  # and none of the first sensor is
+    assert mapper.clouds.drops == {BEHIND: 1}
 
 
 @pytest.mark.parametrize('other', ['/points', '~/points'])

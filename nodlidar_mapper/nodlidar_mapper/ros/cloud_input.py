@@ -30,10 +30,13 @@ from tf2_ros import TransformException
 MOST_READY = 3  # clouds of a topic that wait to be matched, as after a burst of odometry
 MOST_FRAMES = 10  # without transform, that are named; a publisher may invent them
 MOST_PAUSES = 20  # of odometry; TF keeps ten seconds
+# A cloud so much older than one of another sensor that was used is late, or of another clock.
+BEHIND_NS = 2_000_000_000
 FIRST_SILENCE = 10.0  # s, after the first cloud; a slow lidar takes 6 s for a sweep
 LOST = 'cloud lost before it arrived'
 OF_OTHERS = 'cloud of a second publisher'
 BUSY = 'cloud that came while others were matched'
+BEHIND = 'cloud more than 2 s older than that of another sensor: late, or of another clock'
 MALFORMED = 'malformed cloud'
 NO_ODOMETRY = 'cloud without odometry at its stamp'
 OF_ODOMETRY = 'cloud in the frame of odometry: set ego_motion: deskew in the assembler'
@@ -95,6 +98,7 @@ class CloudInput:
         self._sources: dict[str, int] = {}  # by topic: the first publisher until it is silent
         self._unknown_frames: set[str] = set()
         self._waiting: list[_Waiting] = []  # in the order of arrival
+        self._used_ns: dict[str, int] = {}  # by topic: stamp of the newest cloud that was used
         self._forget_pauses()
         self.odometry = TfOdometry(
             node,
@@ -144,10 +148,15 @@ class CloudInput:
                 text = f'dropped: {reason}; {self._beside_odometry(each.stamp_ns)}'
                 self._node.get_logger().warning(text, throttle_duration_sec=5.0)
         for each, poses in sorted(placed.items(), key=lambda item: item[0].stamp_ns):
+            others = [ns for topic, ns in self._used_ns.items() if topic != each.topic]
+            if each.stamp_ns < max(others, default=0) - BEHIND_NS:
+                self._drop(each, BEHIND)
+                continue
             try:
                 points, age = points_in(each.message)
                 cloud = Cloud(each.stamp_ns, points, *poses, age)
                 self._waiting.remove(each)
+                self._used_ns[each.topic] = each.stamp_ns
                 self._dropped_ns = None
                 return cloud
             except ValueError as error:
@@ -266,6 +275,7 @@ class CloudInput:
 
     def _time_went_back(self) -> None:
         self._waiting.clear()
+        self._used_ns.clear()
         self._forget_pauses()
         self._on_time_back()
 
