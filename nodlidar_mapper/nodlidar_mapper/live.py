@@ -12,7 +12,7 @@ from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
-from nodlidar_mapper.map_snapshot import MapSnapshot
+from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.output.grid import EmptyMapError, Grid, grid_of, GridConfig, NO_SURFACE
 from nodlidar_mapper.output.lasting import lasting_surface
@@ -46,7 +46,7 @@ class LiveMapper:
         self._path.append(self.mapper.add(cloud))
         if len(self._path) > MOST_PLACES:
             del self._path[1:-1:2]
-        return MapSnapshot.of(self.mapper, self._path)
+        return self.mapper.snapshot(self._path)
 
 
 def surface_and_grid(

@@ -13,6 +13,7 @@ from nodlidar_mapper.geometry.linear import inverted
 from nodlidar_mapper.geometry.poses import Array, carried, inverse, lever, moved
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
+from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.graph.pose_graph import Edge
 from nodlidar_mapper.growing_map import GrowingMap
 from nodlidar_mapper.recovery.place_search import clear_share
@@ -122,6 +123,17 @@ class Mapper:
         """Return where the robot was when clouds were taken, see `poses_of`."""
         robots = np.stack([each.robot for each in estimates])
         return np.asarray(self.poses_of(estimates) @ robots)
+
+    def snapshot(self, estimates: Sequence[Estimate]) -> MapSnapshot:
+        """Return the map and the path along estimates, the last of which is that of now."""
+        return MapSnapshot(
+            estimates[-1],
+            list(self.map.keyframes),
+            list(self.map.edges),
+            self.map.loops,
+            [each.stamp_ns for each in estimates],
+            self.path_of(estimates),
+        )
 
     def _processed(self, cloud: Cloud) -> Estimate:
         """Predict, match, check, search and extend, in the order of docs/mapping.md."""

@@ -12,7 +12,7 @@ from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import planar
-from nodlidar_mapper.map_snapshot import MapSnapshot
+from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.output import map_files
 from nodlidar_mapper.output.grid import GridConfig

@@ -24,7 +24,6 @@ from nodlidar_common.parameters import check
 from nodlidar_common.terminal import progress_bar, result_console
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.live import make_parent
-from nodlidar_mapper.map_snapshot import MapSnapshot
 from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.offline import estimates
 from nodlidar_mapper.output.grid import GridConfig
@@ -60,7 +59,7 @@ def main(argv: Sequence[str] | None) -> None:
     clouds, drops = clouds_in(log, config)
     with progress_bar() as bar:
         found = estimates(mapper, bar.track(clouds, description='mapping'), log, config)
-    snapshot = MapSnapshot.of(mapper, found)
+    snapshot = mapper.snapshot(found)
     surface = write_map(arguments.output, snapshot, cells)
     seconds = time.perf_counter() - begin
     recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S

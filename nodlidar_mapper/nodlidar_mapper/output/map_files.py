@@ -7,7 +7,7 @@ from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.whole_file import whole_files
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
-from nodlidar_mapper.map_snapshot import MapSnapshot
+from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.output.grid import FREE, Grid, grid_of, GridConfig, OCCUPIED
 from nodlidar_mapper.output.lasting import lasting_surface
 from nodlidar_mapper.output.picture import write_picture

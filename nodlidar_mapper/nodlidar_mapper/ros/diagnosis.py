@@ -10,7 +10,7 @@ from diagnostic_updater import DiagnosticStatusWrapper
 from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
-from nodlidar_mapper.map_snapshot import MapSnapshot
+from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 
 if TYPE_CHECKING:
     from nodlidar_mapper.ros.node import MapperNode

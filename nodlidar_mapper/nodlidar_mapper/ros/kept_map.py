@@ -14,8 +14,8 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.live import make_parent, save, save_keyframes_of
-from nodlidar_mapper.map_snapshot import MapSnapshot
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 PERIOD = 30.0  # s

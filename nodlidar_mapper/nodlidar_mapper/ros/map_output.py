@@ -16,8 +16,8 @@ from nodlidar_common.ros.steady import steady_ns
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.live import LiveMapper, load, save, surface_and_grid
-from nodlidar_mapper.map_snapshot import MapSnapshot
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.kept_map import KeptMap
 from nodlidar_msgs.srv import MapFolder

@@ -17,8 +17,8 @@ from nodlidar_common.survival import Survival
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, placed
+from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.live import continued, LiveMapper, load
-from nodlidar_mapper.map_snapshot import MapSnapshot
 from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.cloud_input import CloudInput

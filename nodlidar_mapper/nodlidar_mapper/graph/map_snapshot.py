@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
-from nodlidar_mapper.mapper import Mapper
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,15 +31,3 @@ class MapSnapshot:
     loops: int
     stamps_ns: list[int]
     path: Array
-
-    @classmethod
-    def of(cls, mapper: Mapper, estimates: Sequence[Estimate]) -> MapSnapshot:
-        """Return the map of a mapper, and the path along its estimates, the last one of now."""
-        return cls(
-            estimates[-1],
-            list(mapper.map.keyframes),
-            list(mapper.map.edges),
-            mapper.map.loops,
-            [each.stamp_ns for each in estimates],
-            mapper.path_of(estimates),
-        )
