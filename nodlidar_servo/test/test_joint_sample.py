@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.nod import Nod
-from nodlidar_servo.joint_trajectory.joint_sample import JointSampleFilter
+from nodlidar_servo.joint_trajectory.joint_sample import JointSampleFilter, StampError
 import numpy as np
 import pytest
 
@@ -93,3 +93,27 @@ def test_after_a_restart_the_joint_may_be_anywhere():
     samples.restart()
     assert samples.latest is None
     assert samples.add(T0 + 1, 1.4, NAN).velocity == 0.0
+
+
+@given(
+    error=st.floats(-0.5, 0.5),
+    rate=st.sampled_from([3.0, 10.0, 30.0, 100.0, 1000.0]),
+    send_rate=st.sampled_from([2.0, 10.0, 50.0]),
+    travel=st.floats(0.0, 0.02),
+)
+def test_only_stamps_that_must_be_wrong_are_called_so(error, rate, send_rate, travel):
+    """Cycles take what arrived since the one before; slow publishers are no fault."""
+    stamps, last = StampError(), -1
+    for cycle in range(1, 60):
+        now = 1.0 + cycle / send_rate
+        newest = math.floor((now - travel) * rate)
+        if newest == last:
+            continue
+        last = newest
+        stamps.add(now - (newest / rate - error), 1.0 / send_rate)
+    if abs(error) <= 0.02:
+        assert stamps.seconds == 0.0
+    if abs(stamps.seconds) > 0.0:
+        assert 0.05 < abs(stamps.seconds) <= abs(error + travel) + 1e-9
+    if error > 0.06 + 1.0 / send_rate or error < -0.08 - 1.0 / send_rate:
+        assert stamps.seconds != 0.0

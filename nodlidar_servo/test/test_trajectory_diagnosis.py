@@ -45,3 +45,13 @@ def test_a_joint_outside_of_the_mount_and_positions_that_it_cannot_have_are_warn
     diagnosis.state = NodJointState(impossible=3, pitch=0.7)
     report = diagnosis.next_report(4 * S)
     assert not any('joint is at' in each or 'impossible' in each for each in report.warnings)
+
+
+@pytest.mark.parametrize(('error', 'words'), [(0.3, '0.30 s before'), (-0.08, '0.08 s after')])
+def test_stamps_that_are_wrong_are_warned_of(error, words):
+    diagnosis = TrajectoryDiagnosis(NodCommands(TrajectoryConfig()))
+    diagnosis.state = NodJointState(stamp_error=error)
+    warnings = diagnosis.next_report(S).warnings
+    assert any(f'at least {words} they arrive' in each for each in warnings)
+    diagnosis.state = NodJointState()
+    assert not any('stamped' in each for each in diagnosis.next_report(2 * S).warnings)

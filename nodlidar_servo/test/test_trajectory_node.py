@@ -331,6 +331,26 @@ def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
         robot.until(lambda: robot.message == 'connected', 'what waited meanwhile counts as wrong')
 
 
+@pytest.mark.parametrize(('early_ms', 'way'), [(300, 'before'), (-300, 'after')])
+def test_stamps_that_are_a_little_wrong_are_named_and_move_the_joint_no_faster(
+    robot, early_ms, way
+):
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.start_controller()
+    robot.states_late_ns = early_ms * 1_000_000
+    with running('autostart:=true'):
+        robot.until(lambda: f's {way} they arrive' in robot.message, 'not diagnosed')
+        robot.pitches.clear()
+        robot.until(lambda: len(robot.pitches) > 300, 'no joint states')
+        assert min(robot.pitches) >= -0.31
+        assert max(robot.pitches) <= 0.41
+        assert max(robot.pitches) > min(robot.pitches) + 0.2, 'it does not move'
+        robot.nod = None
+        robot.until(robot.rests, 'the joint goes on without commands')
+    assert not any('impossible' in each for each in robot.reports)
+    assert robot.refusals == []
+
+
 def test_joint_states_without_a_stamp_are_named_and_nothing_moves(robot):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.unstamped = True

@@ -260,6 +260,28 @@ def test_any_joint_comes_to_the_nod_within_its_speed_and_acceleration(
     assert max(seen) <= max(high, span / 2) + 0.01
 
 
+@settings(max_examples=30)
+@given(early=st.floats(-0.5, 0.5), changes_at=st.integers(0, 60))
+def test_stamps_that_are_wrong_make_no_joint_faster_and_none_leave_the_nod(early, changes_at):
+    """The nod also changes once, wherever the joint is."""
+    planner, controller = Planner(DYNAMICS, LIMITS), holding(0.3)
+    nod, states = NOD, [(0.3, 0.0)]
+    for step in range(600):
+        now = T0 + step * 10_000_000
+        if step == 300 + changes_at:
+            nod = replace(NOD, pitch_min=-0.2, sweep_duration=0.61)
+        if step % 10 == 0:
+            p, v = states[-1]
+            sent(controller, planner.plan(nod, Sample(now - round(early * S), p, v), now), now)
+        states.append(controller.at(now))
+        assert abs(states[-1][1]) <= 1.35 * 2.0 * nod.speed
+        assert -0.4 - 1e-3 <= states[-1][0] <= 0.5 + 1e-3
+    pitches, velocities = np.array(states).T
+    assert np.abs(np.diff(pitches)).max() <= 0.01 * np.abs(velocities).max() + 1e-3  # no jumps
+    assert pitches[300:].min() < -0.19  # it goes on
+    assert pitches[300:].max() > 0.49
+
+
 @pytest.mark.parametrize('lag', [0.0, 0.04])
 def test_the_phase_of_a_joint_that_lags_is_kept(lag):
     """The joint is a low-pass filter of second order behind the controller; the nod changes."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.phase import LOCKED
 from nodlidar_servo.nod.reach import ReachCheck, ReachError
 
 LEAST_TO_DIFFER = 3
@@ -119,3 +120,26 @@ class JointStamps:
             )
             self.trouble = self._words.setdefault(bool(stamp_ns), words)
         return False
+
+
+class StampError:
+    """Tells that stamps are wrong by more than LOCKED, which keeps a joint off its nod.
+
+    A joint state that arrived since the last cycle is at most so old, if its stamp is right.
+
+    Attributes
+    ----------
+    seconds
+        By how much the latest stamps were too early, at least, or too late if it is negative; 0
+        unless LEAST_TO_DIFFER in a row were wrong by more than LOCKED.
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self._in_a_row = 0
+
+    def add(self, age: float, since: float) -> None:
+        """Add the age [s] of the newest joint state of a cycle, so long after the one before."""
+        error = max(age - since, 0.0) + min(age, 0.0)
+        self._in_a_row = self._in_a_row + 1 if abs(error) > LOCKED else 0
+        self.seconds = error if self._in_a_row >= LEAST_TO_DIFFER else 0.0

@@ -24,6 +24,7 @@ class NodJointState:
     samples: int = 0  # so far
     refused: int = 0  # for their stamps, so far
     impossible: int = 0  # for their positions, so far
+    stamp_error: float = 0.0  # s, by which stamps are too early, at least
     pitch: float = math.nan  # rad
     is_outside: bool = False  # of the limits of the mount
     progress: NodProgress | None = None
@@ -89,6 +90,13 @@ class TrajectoryDiagnosis:
         warnings = self._commands.new_refusals()
         counts = self._recent.counts
         warnings += [f'{counts[what]} {what}' for what in refusals if counts[what]]
+        if state.stamp_error:
+            way = 'before' if state.stamp_error > 0.0 else 'after'
+            warnings.append(
+                f'joint states are stamped at least {abs(state.stamp_error):.2f} s {way} they '
+                'arrive, and clouds are wrong by as much: synchronise the clocks, or correct '
+                'their publisher'
+            )
         if state.is_outside:
             warnings.append(f'the joint is at {state.pitch:.2f} rad, outside of the mount')
         if not self._commands.are_current(now_ns):

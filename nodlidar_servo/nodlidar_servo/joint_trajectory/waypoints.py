@@ -15,6 +15,7 @@ from nodlidar_common.dynamics import cruising_speed, Dynamics
 from nodlidar_common.nod import Nod, NS_PER_S
 from nodlidar_common.phase import LOCKED
 from nodlidar_common.tracking import CATCH_UP, Measured
+from nodlidar_servo.joint_trajectory.joint_sample import JointSample
 from scipy.interpolate import CubicHermiteSpline
 
 HORIZON = 1.0
@@ -92,6 +93,16 @@ def stop(
     return Waypoint(now_ns + max(round(duration * NS_PER_S), 1), pitch, 0.0)
 
 
+def is_new(sample: Measured, now_ns: int) -> bool:
+    """Return whether a measurement tells where the joint is at a time [ns].
+
+    One that is older than LOCKED, or ahead by more, does so only of a joint that hardly moves: at
+    6 rad/s, a stamp that is wrong by 0.3 s is 1.8 rad.
+    """
+    age = abs(now_ns - sample.stamp_ns) / NS_PER_S
+    return age <= LOCKED or age * abs(sample.velocity) <= _STEADY
+
+
 def is_within(sample: Measured, limits: tuple[float, float]) -> bool:
     """Return whether a joint was measured within the limits of the mount [rad], or nearly so."""
     return limits[0] - _STEADY <= sample.pitch <= limits[1] + _STEADY
@@ -147,12 +158,21 @@ class Planner:
         elif self._continues(nod, now_ns) and self.follows(nod, sample):
             first = math.floor(nod.sweep_at(now_ns))
         else:
-            rest = stop(sample, now_ns, self._dynamics.acceleration, self._limits)
+            rest = self.rest(sample, now_ns)
             before, first = [rest], self._first_reached(rest, nod)
         if before:
             self._joins_ns = nod.reversal_time_ns(first)
         self._plan = [*before, *self._legs(nod, first, now_ns, after)]
         return self._plan
+
+    def rest(self, sample: Measured, now_ns: int) -> Waypoint:
+        """Return where and when the joint is at rest soonest.
+
+        Where it is at present [ns] tells the latest measurement, or the plan if that is not new.
+        """
+        if not is_new(sample, now_ns) and self._covers(now_ns):
+            sample = JointSample(now_ns, *_at(self._plan, now_ns))
+        return stop(sample, now_ns, self._dynamics.acceleration, self._limits)
 
     def follows(self, nod: Nod, sample: Measured) -> bool:
         """Return whether a joint is on the nod, up to LOCKED late or early."""
@@ -166,9 +186,13 @@ class Planner:
             leg(nod, math.floor(nod.sweep_at(time_ns)), self._dynamics.acceleration), time_ns
         )
 
+    def _covers(self, time_ns: int) -> bool:
+        """Return whether there is a plan for a time [ns]."""
+        return bool(self._plan) and self._plan[0].time_ns <= time_ns <= self._plan[-1].time_ns
+
     def _continues(self, nod: Nod, now_ns: int) -> bool:
         """Return whether a nod continues the plan, but for what tuning changes."""
-        if not self._plan or not self._plan[0].time_ns <= now_ns <= self._plan[-1].time_ns:
+        if not self._covers(now_ns):
             return False
         (pitch, velocity), (was, went) = self._state(nod, now_ns), _at(self._plan, now_ns)
         return abs(pitch - was) <= _STEADY and abs(velocity - went) <= _SMOOTH * nod.speed

@@ -20,10 +20,11 @@ from nodlidar_servo.joint_trajectory.joint_sample import (
     JointSample,
     JointSampleFilter,
     JointStamps,
+    StampError,
 )
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.joint_trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
-from nodlidar_servo.joint_trajectory.waypoints import held, is_within, Planner, stop
+from nodlidar_servo.joint_trajectory.waypoints import held, is_within, Planner
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.ros.trajectory_message import trajectory_message
@@ -88,6 +89,7 @@ class TrajectoryNode(NodNode):
         self._arrived_ns = self._cycled_ns = self._caught_up_ns = 0
         self._heard = False  # since the last pause
         self._stamps = JointStamps(self.config.joint_timeout)
+        self._stamp_error, self._taken_ns = StampError(), 0
         self._is_moving = False
         self._off_nod = OffNod()
         self.diagnosis: TrajectoryDiagnosis = TrajectoryDiagnosis(self.commands)
@@ -150,7 +152,7 @@ class TrajectoryNode(NodNode):
         # reversal.
         sample, limits = self._samples.latest, self.config.pitch_limits
         if self._is_moving and self._is_recent(sample) and is_within(sample, limits):
-            rest = stop(sample, self.now_ns(), self.config.acceleration, limits)
+            rest = self._planner.rest(sample, self.now_ns())
             self._trajectory.publish(trajectory_message(self.config.joint_name, held(rest)))
         self._is_moving = False
         self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
@@ -189,12 +191,16 @@ class TrajectoryNode(NodNode):
 
     def _new_samples(self) -> list[JointSample]:
         """Return the measurements since the last call; the last one is kept."""
+        before_ns, self._taken_ns = self._taken_ns, self.now_ns()
         samples = []
         for message in self._joint_states.take():
             sample = add_state(message, self.config.joint_name, self._samples, self._is_of_now)
             if sample is not None:
                 samples.append(sample)
                 self._arrived_ns, self._heard = steady_ns(), True
+        if samples:
+            age, since = self._taken_ns - samples[-1].stamp_ns, self._taken_ns - before_ns
+            self._stamp_error.add(age / NS_PER_S, since / NS_PER_S)
         return samples
 
     def _is_of_now(self, stamp_ns: int) -> bool:
@@ -220,6 +226,7 @@ class TrajectoryNode(NodNode):
             samples=state.samples + samples,
             refused=self._stamps.refused,
             impossible=self._samples.refused,
+            stamp_error=self._stamp_error.seconds,
             pitch=math.nan if latest is None else latest.pitch,
             is_outside=latest is not None and not is_within(latest, limits),
             progress=progress,
