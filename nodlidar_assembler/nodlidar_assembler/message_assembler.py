@@ -3,10 +3,12 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from nodlidar_assembler.clouds.geometry import revolution_time
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
+from nodlidar_assembler.plausibility.scan_jitter import ScanJitter
 from nodlidar_assembler.scan_assembler import ScanAssembler
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
@@ -33,6 +35,8 @@ class MessageAssembler(ScanAssembler):
         Selects the samples of the nod joint.
     timing
         Counts the revolutions of the lidar without a scan.
+    scan_jitter
+        Of the stamps of scans.
     """
 
     def __init__(
@@ -44,6 +48,8 @@ class MessageAssembler(ScanAssembler):
         super().__init__(config, mount)
         self._missing_odometry = missing_odometry
         self._scan_input = ScanInput(config)
+        self.scan_jitter = ScanJitter()
+        self._pitch = 0.0  # the latest [rad]
         self._joint_came = False  # since the last scan
         # By how much stamps of joint states are ahead of that of the scan that came with them [s].
         self._ahead = 0.0
@@ -76,6 +82,7 @@ class MessageAssembler(ScanAssembler):
         except RefusedScanError as error:
             self.drops[error.reason] += 1
             raise
+        self.scan_jitter.add(scan.stamp_ns, revolution_time(scan.geometry), self._pitch)
         if self._joint_came and self._joints.newest_ns is not None:
             self._ahead = (self._joints.newest_ns - scan.stamp_ns) / NS_PER_S
         self._joint_came = False
@@ -90,7 +97,7 @@ class MessageAssembler(ScanAssembler):
             if sample[0] < (self._joints.newest_ns or 0):
                 self.timing.joints_went_back()
             self.add_joint_sample(*sample)
-            self._joint_came = True
+            self._joint_came, self._pitch = True, sample[1]
             yield sample
 
     def clock_was_set(self, step_ns: int) -> None:

@@ -338,6 +338,20 @@ def test_all_requests_that_come_at_once_are_answered():
     assert {future.result().message for future in sent} == {'no points'}
 
 
+@pytest.mark.parametrize(('jitter_ms', 'named'), [(0.0, False), (1.0, False), (12.0, True)])
+def test_scans_whose_stamps_jitter_are_named(log, jitter_ms, named):
+    off = np.random.default_rng(2).normal(0.0, jitter_ms * 1e6, len(log.scans))
+    scans = [
+        replace(scan, stamp_ns=scan.stamp_ns + round(late))
+        for scan, late in zip(log.scans, off, strict=True)
+    ]
+    with bench() as running:
+        running.feed(replace(log, scans=scans))
+        running.spin_until(lambda: len(running.out[PointCloud2]) >= len(log.scans) // 2)
+        jitter = [text for text in running.node.diagnosis._warnings() if 'jitter by' in text]
+    assert bool(jitter) is named
+
+
 @pytest.mark.parametrize(('jitter_ms', 'named'), [(0.0, False), (0.5, False), (3.0, True)])
 def test_joint_states_whose_stamps_jitter_are_named(log, jitter_ms, named):
     off = np.random.default_rng(2).normal(0.0, jitter_ms * 1e6, len(log.sample_ns))

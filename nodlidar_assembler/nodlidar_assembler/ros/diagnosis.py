@@ -276,6 +276,7 @@ class Diagnosis:
             self._clock_ahead(),
             '' if self._odometry is None else self._odometry_check.warning,
             self._assembly.assembler.joint.scatter.warning,
+            self._assembly.assembler.scan_jitter.warning,
             self._restamping() or self._drifted(),
             self._following.warning,
             self.agreement.warning,
