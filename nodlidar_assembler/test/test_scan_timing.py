@@ -160,6 +160,16 @@ def test_stamps_that_are_right_again_after_a_silence_are_no_longer_told(moved_ms
     assert timing.restamped == 0.0
 
 
+@pytest.mark.parametrize('ahead_ms', [5000, 953])
+@pytest.mark.parametrize('from_start', [True, False])
+def test_stamps_of_the_future_that_are_right_again_are_not_told(ahead_ms, from_start):
+    timing = ScanTiming()
+    for k, (stamp_ns, arrived_ns) in enumerate(zip(*late(200, 0), strict=True)):
+        is_ahead = k < 100 and (from_start or k >= 50)
+        timing.refuse(stamp_ns + is_ahead * ahead_ms * MS, T, arrived_ns)
+        assert k < 120 or timing.restamped == 0.0
+
+
 @pytest.mark.parametrize('moved_ms', WHOLE_AND_OTHER)
 def test_stamps_that_move_are_told_where_every_seventh_scan_is_lost(moved_ms):
     timing = ScanTiming()

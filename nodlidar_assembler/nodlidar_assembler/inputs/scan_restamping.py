@@ -29,11 +29,12 @@ class ScanRestamping:
     ----------
     moved_ns
         By how much stamps are later than at first [ns]. It ends when scans are again as late as
-        then after another jump or a restart.
+        then after another jump or a restart, or no longer stamped after they arrive.
     """
 
     def __init__(self) -> None:
         self.moved_ns = 0.0
+        self._is_trusted = False
         self._late_at_first_ns = 0  # at least, before the stamps moved
         self.restart()
 
@@ -43,6 +44,10 @@ class ScanRestamping:
         self._late_ns: deque[int] = deque(maxlen=_REMEMBERED)  # before the last jump
         self._since_ns: list[int] = []  # of the first scans after it
         self._jump_ns = 0.0
+
+    def trust(self) -> None:
+        """Take stamps for right as they are now."""
+        self.moved_ns, self._is_trusted = 0.0, True
 
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock was set by a step [ns]."""
@@ -93,6 +98,8 @@ class ScanRestamping:
             self.moved_ns += self._jump_ns
             self._late_ns.clear()
         later_ns = self._late_at_first_ns - late_ns
-        if abs(later_ns) < abs(later_ns - self.moved_ns):
+        # Stamped after they arrived: that was wrong, unless the clocks of the machines differ.
+        was_ahead = before_ns < -GATE_NS <= late_ns and not self._is_trusted
+        if was_ahead or abs(later_ns) < abs(later_ns - self.moved_ns):
             self.moved_ns = 0.0
         self._late_ns.extend(self._since_ns)

@@ -57,7 +57,7 @@ class ScanTiming:
 
     def trust_stamps(self) -> None:
         """Take stamps for right as they are now."""
-        self._restamping.moved_ns = 0.0
+        self._restamping.trust()
 
     def shift(self, step_ns: int) -> None:
         """Continue as before after the clock was set by a step [ns]."""
