@@ -18,10 +18,10 @@ neither accelerates nor brakes."""
 
 LOCKED = 0.05
 """A servo that is later or earlier than this [s], or than MIDDLE of a short sweep, is on its way
-to the nod and has no phase."""
+to the nod and has no phase. So the nod is led by up to this time."""
 
-LONGEST_LEAD = 0.05
-"""The nod is led by up to this time [s]."""
+FASTEST_LEAD = 0.05
+"""The lead changes by at most this share of the time: a joint follows without a jolt."""
 
 _GAIN = 0.02  # weight of a sample: errors decay in about 50 samples, 4 legs at 62 Hz
 _SETTLED = 50  # samples in phase, after which the servo causes the lateness
@@ -98,6 +98,11 @@ class PhaseDrift:
 class PhaseLead:
     """Leads the nod by the average lateness of the servo.
 
+    Parameters
+    ----------
+    locked
+        In place of LOCKED [s].
+
     Attributes
     ----------
     error
@@ -108,12 +113,14 @@ class PhaseLead:
         Change of the lateness while the servo is on the nod.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, locked: float = LOCKED) -> None:
         self.error = math.nan
         self.lead_ns = 0
+        self._locked = locked
         self.drift = PhaseDrift()
         self._lead = 0.0
         self._in_phase = 0
+        self._measured_ns = 0
         self._nod: Nod | None = None
 
     def add(self, nod: Nod, sample: Pitched, cruise: float) -> None:
@@ -124,7 +131,9 @@ class PhaseLead:
         late = lateness(nod, sample, cruise)
         if late is None:
             return
-        if abs(late) > min(LOCKED, MIDDLE * nod.sweep_duration):
+        elapsed = (sample.stamp_ns - self._measured_ns) / NS_PER_S
+        self._measured_ns = sample.stamp_ns
+        if abs(late) > min(self._locked, MIDDLE * nod.sweep_duration):
             self.error, self._in_phase = math.nan, 0
             self.drift.clear()
             return
@@ -133,7 +142,9 @@ class PhaseLead:
         known = math.isfinite(self.error)
         self.error = self.error + _SMOOTHING * (late - self.error) if known else late
         if self._in_phase > _SETTLED:
-            self._lead = min(max(self._lead + _GAIN * late, -LONGEST_LEAD), LONGEST_LEAD)
+            most = FASTEST_LEAD * max(elapsed, 0.0)
+            lead = self._lead + min(max(_GAIN * late, -most), most)
+            self._lead = min(max(lead, -self._locked), self._locked)
             self.lead_ns = round(self._lead * NS_PER_S)
 
 

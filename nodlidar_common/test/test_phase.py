@@ -22,9 +22,9 @@ def measured(sweeps, late=0.0):
     return Measured(stamp_ns, float(NOD.pitch(stamp_ns - round(late * 1e9))))
 
 
-def fed(late, samples):
+def fed(late, samples, locked=LOCKED):
     """Return the lead after samples all over the nod from a servo that takes no lead."""
-    lead = PhaseLead()
+    lead = PhaseLead(locked)
     for sweeps in np.arange(samples) * 0.0413:
         lead.add(NOD, measured(sweeps, late), NOD.speed)
     return lead
@@ -56,6 +56,24 @@ def test_the_nod_is_led_by_what_it_stays_late_but_only_so_far():
     assert fed(0.004, 10_000).lead_ns == 50_000_000
     assert fed(-0.004, 10_000).lead_ns == -50_000_000
     assert fed(0.004, 200).error == pytest.approx(0.004)
+
+
+def test_a_joint_that_may_lag_farther_is_led_farther():
+    assert fed(0.09, 10_000).lead_ns == 0
+    assert fed(0.09, 10_000, locked=0.15).lead_ns == 150_000_000
+
+
+@pytest.mark.parametrize('rate', [20, 100, 1000])
+def test_the_lead_changes_by_a_twentieth_of_the_time_at_most(rate):
+    lead, leads = PhaseLead(0.15), []
+    for index in range(8 * rate):
+        lead.add(NOD, measured(index / rate / NOD.sweep_duration, 0.09), NOD.speed)
+        leads.append(lead.lead_ns)
+    whole = NOD.sweep_duration * rate
+    for first in range(int(2 * rate)):
+        gained = leads[first + int(whole)] - leads[first]
+        assert gained <= 0.05 * NOD.sweep_duration * 1e9 * 1.1 + 0.05 * 1e9 / rate
+    assert leads[-1] > 10_000_000
 
 
 def test_a_servo_that_is_not_on_the_nod_yet_leads_nothing_and_has_no_phase():

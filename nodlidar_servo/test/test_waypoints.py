@@ -6,7 +6,14 @@ from hypothesis import strategies as st
 from nodlidar_common.dynamics import cruising_speed, Dynamics
 from nodlidar_common.nod import Nod
 from nodlidar_common.tracking import NodTracker
-from nodlidar_servo.joint_trajectory.waypoints import held, leg, Planner, stop, Waypoint
+from nodlidar_servo.joint_trajectory.waypoints import (
+    held,
+    LAG,
+    leg,
+    Planner,
+    stop,
+    Waypoint,
+)
 from nodlidar_sim.devices.trajectory_controller import Trajectory, TrajectoryController
 import numpy as np
 import pytest
@@ -282,11 +289,11 @@ def test_stamps_that_are_wrong_make_no_joint_faster_and_none_leave_the_nod(early
     assert pitches[300:].max() > 0.49
 
 
-@pytest.mark.parametrize('lag', [0.0, 0.04])
+@pytest.mark.parametrize('lag', [0.0, 0.04, 0.08, 0.12])
 def test_the_phase_of_a_joint_that_lags_is_kept(lag):
     """The joint is a low-pass filter of second order behind the controller; the nod changes."""
     planner, controller = Planner(DYNAMICS, LIMITS), holding(0.3)
-    tracker = NodTracker(NOD, DYNAMICS)
+    tracker = NodTracker(NOD, DYNAMICS, LAG)
     p, v, rng = 0.3, 0.0, np.random.default_rng(1)
     filtered = [p, p]
     pitches = []

@@ -13,7 +13,7 @@ import math
 
 from nodlidar_common.dynamics import cruising_speed, Dynamics
 from nodlidar_common.nod import Nod, NS_PER_S
-from nodlidar_common.phase import LOCKED
+from nodlidar_common.phase import FASTEST_LEAD, MIDDLE
 from nodlidar_common.tracking import CATCH_UP, Measured
 from nodlidar_servo.joint_trajectory.joint_sample import JointSample
 from scipy.interpolate import CubicHermiteSpline
@@ -24,9 +24,17 @@ HORIZON = 1.0
 HELD = 0.5
 """A stop lasts this time [s]: a controller refuses what ends before it arrives."""
 
+LAG = 0.15
+"""A joint is on its nod if it is up to this time [s] late, or up to MIDDLE of a short sweep.
+
+The position loop of a hobby servo lags its goal by a tenth of a second. It is led by as much.
+"""
+
 _RETURN = 1.0  # rad/s, the highest speed of a joint that comes back from outside of the mount
+_NEW = 0.02  # s, the age of a measurement up to which the joint went on as measured
 _STEADY = 0.02  # rad, the least distance from the plan of a joint that does not follow it
 _SMOOTH = 0.25  # of the speed of the nod, by which tuning changes the velocity, at reversals
+_LED = 0.1 * FASTEST_LEAD  # s, by which the lead changes from plan to plan
 _RETIMED = 0.05  # of a sweep, by which tuning moves the reversal that an approach leads to
 _SAME_NS = 2_000_000  # between reversals of two nods that are one, tuned at different times
 _ROUNDING_NS = 1000  # the instants of reversals are rounded, far from the reference time to 128 ns
@@ -96,11 +104,11 @@ def stop(
 def is_new(sample: Measured, now_ns: int) -> bool:
     """Return whether a measurement tells where the joint is at a time [ns].
 
-    One that is older than LOCKED, or ahead by more, does so only of a joint that hardly moves: at
-    6 rad/s, a stamp that is wrong by 0.3 s is 1.8 rad.
+    An older one, or one that is ahead by more, does so only of a joint that hardly moves: at 6
+    rad/s, a stamp that is wrong by 0.3 s is 1.8 rad.
     """
     age = abs(now_ns - sample.stamp_ns) / NS_PER_S
-    return age <= LOCKED or age * abs(sample.velocity) <= _STEADY
+    return age <= _NEW or age * abs(sample.velocity) <= _STEADY
 
 
 def is_within(sample: Measured, limits: tuple[float, float]) -> bool:
@@ -175,9 +183,10 @@ class Planner:
         return stop(sample, now_ns, self._dynamics.acceleration, self._limits)
 
     def follows(self, nod: Nod, sample: Measured) -> bool:
-        """Return whether a joint is on the nod, up to LOCKED late or early."""
+        """Return whether a joint is on the nod, up to LAG late or early."""
         pitch, _ = self._state(nod, sample.stamp_ns)
-        allowed = LOCKED * cruising_speed(nod, self._dynamics.acceleration) + _STEADY
+        late = min(LAG, MIDDLE * nod.sweep_duration)
+        allowed = late * cruising_speed(nod, self._dynamics.acceleration) + _STEADY
         return abs(pitch - sample.pitch) <= allowed
 
     def _state(self, nod: Nod, time_ns: int) -> tuple[float, float]:
@@ -195,7 +204,8 @@ class Planner:
         if not self._covers(now_ns):
             return False
         (pitch, velocity), (was, went) = self._state(nod, now_ns), _at(self._plan, now_ns)
-        return abs(pitch - was) <= _STEADY and abs(velocity - went) <= _SMOOTH * nod.speed
+        faster = _SMOOTH * nod.speed + _LED * self._dynamics.acceleration
+        return abs(pitch - was) <= _STEADY + _LED * nod.speed and abs(velocity - went) <= faster
 
     def _leads_to(self, nod: Nod) -> bool:
         """Return whether the approach in the plan ends at a reversal of a nod."""
