@@ -16,9 +16,13 @@ MIDDLE = 0.25
 """The phase is measured in this share of the leg on either side of its middle, where the servo
 neither accelerates nor brakes."""
 
-LOCKED = 0.05
+LOCKED = 0.15
 """A servo that is later or earlier than this [s], or than MIDDLE of a short sweep, is on its way
-to the nod and has no phase. So the nod is led by up to this time."""
+to the nod and has no phase. So the nod is led by up to this time.
+
+The position loop of a servo lags its goal: by 48 ms in an XL430, by twice as much if its gain has
+half the scale of the e-manual, by a tenth of a second in a hobby servo.
+"""
 
 FASTEST_LEAD = 0.05
 """The lead changes by at most this share of the time: a joint follows without a jolt."""
@@ -98,11 +102,6 @@ class PhaseDrift:
 class PhaseLead:
     """Leads the nod by the average lateness of the servo.
 
-    Parameters
-    ----------
-    locked
-        In place of LOCKED [s].
-
     Attributes
     ----------
     error
@@ -113,10 +112,9 @@ class PhaseLead:
         Change of the lateness while the servo is on the nod.
     """
 
-    def __init__(self, locked: float = LOCKED) -> None:
+    def __init__(self) -> None:
         self.error = math.nan
         self.lead_ns = 0
-        self._locked = locked
         self.drift = PhaseDrift()
         self._lead = 0.0
         self._in_phase = 0
@@ -133,7 +131,7 @@ class PhaseLead:
             return
         elapsed = (sample.stamp_ns - self._measured_ns) / NS_PER_S
         self._measured_ns = sample.stamp_ns
-        if abs(late) > min(self._locked, MIDDLE * nod.sweep_duration):
+        if abs(late) > min(LOCKED, MIDDLE * nod.sweep_duration):
             self.error, self._in_phase = math.nan, 0
             self.drift.clear()
             return
@@ -144,7 +142,7 @@ class PhaseLead:
         if self._in_phase > _SETTLED:
             most = FASTEST_LEAD * max(elapsed, 0.0)
             lead = self._lead + min(max(_GAIN * late, -most), most)
-            self._lead = min(max(lead, -self._locked), self._locked)
+            self._lead = min(max(lead, -LOCKED), LOCKED)
             self.lead_ns = round(self._lead * NS_PER_S)
 
 

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from nodlidar_common.dynamics import arrival_speed, cruising_speed, Dynamics
 from nodlidar_common.nod import Nod, NS_PER_S
-from nodlidar_common.phase import LOCKED, PhaseLead
+from nodlidar_common.phase import PhaseLead
 
 HOLD = 0.02
 """The speed is kept from this time [s] before braking on: the quotient of the remaining distance
@@ -85,9 +85,9 @@ class NodTracker:
         Last command to the servo.
     """
 
-    def __init__(self, nod: Nod, dynamics: Dynamics, locked: float = LOCKED) -> None:
+    def __init__(self, nod: Nod, dynamics: Dynamics) -> None:
         self.nod = nod
-        self.phase = PhaseLead(locked)
+        self.phase = PhaseLead()
         self._dynamics = dynamics
         self.drive = Drive(math.nan, 0.0, False)
         self._direction = 0.0

@@ -1,8 +1,10 @@
 """Checks whether the servo follows its commands."""
 
+from collections import deque
 import math
 
 from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.phase import LOCKED
 from nodlidar_common.tracking import Drive, Measured
 from nodlidar_servo.device.config import ServoConfig
 
@@ -95,6 +97,8 @@ class Following:
         self._last_away_ns = 0
         self._retry_ns = 0
         self._moved_ns, self._moved_to = 0, math.nan
+        # The model's pitch [rad] at each time [ns] of the last LOCKED.
+        self._lately: deque[tuple[int, float]] = deque()
         self._model_then = math.nan  # its pitch when the servo moved last
         self._measured_ns = 0
         self._range = math.inf, -math.inf
@@ -121,6 +125,7 @@ class Following:
             self._model = ModelMotor(
                 self._config.acceleration, now_ns, sample.pitch, sample.velocity
             )
+            self._lately.clear()
             self._nod = nod
             self._model_then = sample.pitch
         self._fastest = max(drive.speed, _FADING * self._fastest, nod.speed)
@@ -148,7 +153,7 @@ class Following:
     def _compare(self, now_ns: int, pitch: float) -> None:
         assert self._model is not None
         self._range = min(self._range[0], pitch), max(self._range[1], pitch)
-        error = self._model.pitch - pitch
+        error = self._error(now_ns, pitch)
         if abs(error) > self._allowed:
             self._away(now_ns, error)
         elif now_ns - self._last_away_ns > _WITHIN * NS_PER_S:
@@ -156,13 +161,26 @@ class Following:
             if self._range[1] - self._range[0] >= self._allowed:
                 self.fault = ''
 
+    def _error(self, now_ns: int, pitch: float) -> float:
+        """Return how far the model is ahead [rad]; a servo that moves may be LOCKED late."""
+        assert self._model is not None
+        self._lately.append((now_ns, self._model.pitch))
+        while self._lately[0][0] < now_ns - LOCKED * NS_PER_S:
+            self._lately.popleft()
+        if self._stands(now_ns):
+            return self._model.pitch - pitch
+        lately = [each for _, each in self._lately]
+        return max(min(lately) - pitch, 0.0) + min(max(lately) - pitch, 0.0)
+
+    def _stands(self, now_ns: int) -> bool:
+        return now_ns - self._moved_ns > _STANDING * NS_PER_S
+
     def _away(self, now_ns: int, error: float) -> None:
         if self._away_since_ns is None:
             self._away_since_ns = now_ns
         self._last_away_ns = now_ns
-        stands = now_ns - self._moved_ns > _STANDING * NS_PER_S
         if now_ns - self._away_since_ns > self._config.following_error_time * NS_PER_S:
-            how = 'stands still' if stands else 'moves differently'
+            how = 'stands still' if self._stands(now_ns) else 'moves differently'
             self.fault = self.fault or (
                 f'the servo does not follow: it {how}, {abs(error):.2f} rad from the commanded '
                 f'pitch; torque off, trying again every {RETRY:g} s'

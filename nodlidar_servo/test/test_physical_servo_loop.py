@@ -1,5 +1,7 @@
 """The servo's loop keeps its phase on a servo by physics, in virtual time."""
 
+from dataclasses import replace
+
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.servo.physical_servo import PhysicalServo
@@ -40,6 +42,19 @@ def test_the_phase_of_a_servo_that_can_is_locked(name, latency_timer, model):
     beams_by_sweep = np.polyfit(np.arange(len(late)), late, 1)[0] / BEAM_PERIOD
     assert abs(beams_by_sweep) < 1.0  # N_s
     assert np.sqrt(np.mean(late**2)) < 0.006
+    assert not bench.following.fault
+
+
+@pytest.mark.parametrize('gain', [0.75, 0.5, 0.4])
+def test_the_phase_of_a_servo_is_locked_whatever_the_scale_of_its_gain(gain):
+    """The e-manual may state the gains of an XL430 at twice their scale, as of an XL330."""
+    servo = load_servo('xl430')
+    motion = PhysicalServo(replace(servo, p_gain=gain * servo.p_gain), 0.2, seed=3, history=1e6)
+    bench = Bench(0.001, motion=motion, config=ServoConfig(model='XL430-W250'))
+    bench.run(SETTLING + 15.0)
+    late = lateness(bench)
+    assert np.sqrt(np.mean(late**2)) < 0.006
+    assert bench.loop.progress.lead_ns > 20_000_000
     assert not bench.following.fault
 
 

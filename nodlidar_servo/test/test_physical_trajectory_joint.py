@@ -25,7 +25,7 @@ def test_a_position_loop_that_lags_its_goal_is_led_into_phase(name):
     shaft = PhysicalServo(load_servo(name), 0.1, seed=1)
     joint = ControlledJoint(shaft, START_NS)
     samples = JointSampleFilter(config.dynamics)
-    tracker = NodTracker(NOD, config.dynamics, config.locked)
+    tracker = NodTracker(NOD, config.dynamics)
     planner, follows = Planner(config.dynamics, config.pitch_limits), []
 
     def measured(stamp_ns, pitch, velocity):

@@ -6,14 +6,7 @@ from hypothesis import strategies as st
 from nodlidar_common.dynamics import cruising_speed, Dynamics
 from nodlidar_common.nod import Nod
 from nodlidar_common.tracking import NodTracker
-from nodlidar_servo.joint_trajectory.waypoints import (
-    held,
-    LAG,
-    leg,
-    Planner,
-    stop,
-    Waypoint,
-)
+from nodlidar_servo.joint_trajectory.waypoints import held, leg, Planner, stop, Waypoint
 from nodlidar_sim.devices.trajectory_controller import Trajectory, TrajectoryController
 import numpy as np
 import pytest
@@ -284,7 +277,7 @@ def test_stamps_that_are_wrong_make_no_joint_faster_and_none_leave_the_nod(early
         assert abs(states[-1][1]) <= 1.35 * 2.0 * nod.speed
         assert -0.4 - 1e-3 <= states[-1][0] <= 0.5 + 1e-3
     pitches, velocities = np.array(states).T
-    assert np.abs(np.diff(pitches)).max() <= 0.01 * np.abs(velocities).max() + 1e-3  # no jumps
+    assert np.abs(np.diff(pitches)).max() <= 0.01 * np.abs(velocities).max() + 6e-3  # no jumps
     assert pitches[300:].min() < -0.19  # it goes on
     assert pitches[300:].max() > 0.49
 
@@ -293,7 +286,7 @@ def test_stamps_that_are_wrong_make_no_joint_faster_and_none_leave_the_nod(early
 def test_the_phase_of_a_joint_that_lags_is_kept(lag):
     """The joint is a low-pass filter of second order behind the controller; the nod changes."""
     planner, controller = Planner(DYNAMICS, LIMITS), holding(0.3)
-    tracker = NodTracker(NOD, DYNAMICS, LAG)
+    tracker = NodTracker(NOD, DYNAMICS)
     p, v, rng = 0.3, 0.0, np.random.default_rng(1)
     filtered = [p, p]
     pitches = []

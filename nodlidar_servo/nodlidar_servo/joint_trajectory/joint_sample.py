@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.phase import LOCKED
 from nodlidar_servo.nod.reach import ReachCheck, ReachError
 
 LEAST_TO_DIFFER = 3
 """So many wrong stamps in a row show that it is the clock that is wrong."""
 
+_MOST_LATE = 0.05  # s, that a joint state is on its way, or a cycle is late
 _FARTHEST = 100.0  # rad; no joint that nods is farther
 _SLACK = 0.05  # rad; of positions whose stamps jitter by milliseconds
 _LEAST_STRENGTH = 50.0  # rad/s^2, that any joint may have
@@ -123,7 +123,7 @@ class JointStamps:
 
 
 class StampError:
-    """Tells that stamps are wrong by more than LOCKED, which keeps a joint off its nod.
+    """Tells that stamps are wrong: clouds are wrong by as much.
 
     A joint state that arrived since the last cycle is at most so old, if its stamp is right.
 
@@ -131,7 +131,7 @@ class StampError:
     ----------
     seconds
         By how much the latest stamps were too early, at least, or too late if it is negative; 0
-        unless LEAST_TO_DIFFER in a row were wrong by more than LOCKED.
+        unless LEAST_TO_DIFFER in a row were wrong by more than 0.05 s.
     """
 
     def __init__(self) -> None:
@@ -141,5 +141,5 @@ class StampError:
     def add(self, age: float, since: float) -> None:
         """Add the age [s] of the newest joint state of a cycle, so long after the one before."""
         error = max(age - since, 0.0) + min(age, 0.0)
-        self._in_a_row = self._in_a_row + 1 if abs(error) > LOCKED else 0
+        self._in_a_row = self._in_a_row + 1 if abs(error) > _MOST_LATE else 0
         self.seconds = error if self._in_a_row >= LEAST_TO_DIFFER else 0.0

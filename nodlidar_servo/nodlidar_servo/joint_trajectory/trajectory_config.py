@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.parameters import parameter
-from nodlidar_servo.joint_trajectory.waypoints import LAG
 from nodlidar_servo.nod.joint_config import JointConfig
 
 _MIN_SPEED = 0.01  # rad/s; the least max_speed. A slower nod over a tiny span has countless legs
@@ -57,8 +56,3 @@ class TrajectoryConfig(JointConfig):
     def dynamics(self) -> Dynamics:
         """What the joint can do."""
         return Dynamics(self.acceleration, _MIN_SPEED, self.max_speed)
-
-    @property
-    def locked(self) -> float:
-        """How late the joint may be on its nod [s]."""
-        return LAG

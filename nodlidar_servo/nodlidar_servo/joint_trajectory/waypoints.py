@@ -13,7 +13,7 @@ import math
 
 from nodlidar_common.dynamics import cruising_speed, Dynamics
 from nodlidar_common.nod import Nod, NS_PER_S
-from nodlidar_common.phase import FASTEST_LEAD, MIDDLE
+from nodlidar_common.phase import FASTEST_LEAD, LOCKED, MIDDLE
 from nodlidar_common.tracking import CATCH_UP, Measured
 from nodlidar_servo.joint_trajectory.joint_sample import JointSample
 from scipy.interpolate import CubicHermiteSpline
@@ -23,12 +23,6 @@ HORIZON = 1.0
 
 HELD = 0.5
 """A stop lasts this time [s]: a controller refuses what ends before it arrives."""
-
-LAG = 0.15
-"""A joint is on its nod if it is up to this time [s] late, or up to MIDDLE of a short sweep.
-
-The position loop of a hobby servo lags its goal by a tenth of a second. It is led by as much.
-"""
 
 _RETURN = 1.0  # rad/s, the highest speed of a joint that comes back from outside of the mount
 _NEW = 0.02  # s, the age of a measurement up to which the joint went on as measured
@@ -183,9 +177,9 @@ class Planner:
         return stop(sample, now_ns, self._dynamics.acceleration, self._limits)
 
     def follows(self, nod: Nod, sample: Measured) -> bool:
-        """Return whether a joint is on the nod, up to LAG late or early."""
+        """Return whether a joint is on the nod, up to LOCKED late or early."""
         pitch, _ = self._state(nod, sample.stamp_ns)
-        late = min(LAG, MIDDLE * nod.sweep_duration)
+        late = min(LOCKED, MIDDLE * nod.sweep_duration)
         allowed = late * cruising_speed(nod, self._dynamics.acceleration) + _STEADY
         return abs(pitch - sample.pitch) <= allowed
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
-from nodlidar_common.phase import LOCKED
 
 
 @dataclass(frozen=True)
@@ -45,11 +44,6 @@ class JointConfig:
     def dynamics(self) -> Dynamics:
         """What the joint can do with its load."""
         raise NotImplementedError
-
-    @property
-    def locked(self) -> float:
-        """How late the joint may be on its nod [s], see nodlidar_common.phase."""
-        return LOCKED
 
     def check_together(self) -> None:
         """Check the pitch limits against each other; raises ParameterError."""

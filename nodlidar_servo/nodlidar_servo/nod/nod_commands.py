@@ -6,6 +6,7 @@ import math
 from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.phase import LOCKED
 from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.nod.joint_config import JointConfig
 
@@ -102,7 +103,7 @@ class NodCommands:
         former = self._current(now_ns)
         if former is None:
             start_ns = 0
-        elif clock_ns < former.start_ns - config.locked * NS_PER_S:
+        elif clock_ns < former.start_ns - LOCKED * NS_PER_S:
             former = former.former  # it never takes effect
         else:
             former = replace(former, former=None)
@@ -136,7 +137,7 @@ class NodCommands:
         if command is None:
             return None
         if self._tracker is None:
-            self._tracker = NodTracker(command.nod, self._dynamics, self._config.locked)
+            self._tracker = NodTracker(command.nod, self._dynamics)
         clock_ns = now_ns if clock_ns is None else clock_ns
         nod = command.in_effect(clock_ns + self._tracker.phase.lead_ns)
         self._tracker.nod = nod or self._tracker.nod
