@@ -1,4 +1,4 @@
-"""`ros2 run nodlidar_assembler assemble_bag`: assembles the clouds of a recorded bag.
+"""Assembles the clouds of a recorded bag.
 
 The clouds are those that the assembler node publishes for the same messages and parameters.
 """

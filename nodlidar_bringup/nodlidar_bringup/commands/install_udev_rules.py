@@ -1,4 +1,4 @@
-"""The command `install_udev_rules`: names that stay, rights and short latency of the ports."""
+"""Installs rules of udev: ports with names that stay, rights and a short latency."""
 
 import argparse
 from collections.abc import Sequence

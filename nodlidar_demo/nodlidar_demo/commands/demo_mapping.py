@@ -108,8 +108,8 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = LineParser('demo_mapping', __doc__)
     parser.add_argument('--scene', default='building', help='scene, or a YAML file')
     parser.add_argument('--route', default=None, help="route in place of the scene's own")
-    parser.add_argument('--duration', type=float, default=200.0, help='of the drive [s]')
-    parser.add_argument('--seed', type=int, default=1, help='of the noise')
+    parser.add_argument('--duration', type=float, default=200.0, help='duration of the drive [s]')
+    parser.add_argument('--seed', type=int, default=1, help='seed of the noise')
     parser.add_argument(
         '--output', type=Path, default=Path('mapping_output'), help='folder to write to'
     )

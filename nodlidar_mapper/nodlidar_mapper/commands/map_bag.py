@@ -1,4 +1,4 @@
-"""`ros2 run nodlidar_mapper map_bag`: maps a recorded drive.
+"""Maps a recorded drive.
 
 Reads scans, joint states and odometry from TF. Writes into a folder: the points of the map
 (map.ply), its occupancy grid as map_server reads it (map.pgm, map.yaml), a picture (map.png), the
