@@ -5,6 +5,7 @@ from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
+from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.ldrobot import LD19
 from nodlidar_servo.models.models import MODELS
 from nodlidar_sim.devices.make_devices import WITH_BYTES
@@ -93,7 +94,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     'profile': {
         'default_value': 'balanced',
-        'choices': ['fast', 'balanced', 'slam'],
+        'choices': [*PROFILES],
         'description': 'fast or balanced: trades computation time for accuracy '
         '(docs/tradeoffs.md); slam: one deskewed cloud per sweep (docs/slam.md); '
         'the parameter files override it',
