@@ -11,8 +11,9 @@ import tempfile
 from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.bags.read_bag import read_bag
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_bringup.ros.launch_arguments import BEST_EFFORT, share
+from nodlidar_bringup.ros.launch_arguments import BEST_EFFORT
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor
+from nodlidar_bringup.ros.shared_files import share
 from nodlidar_common.ldrobot import LD19
 from nodlidar_common.parameter_file import file_values
 from nodlidar_demo.delivery import read_delivery
