@@ -1,7 +1,7 @@
 """Each emulated servo and lidar in the whole launch: its clouds, their latency, the phase.
 
 With the errors of the scene's devices, and without them. An ideal servo has the bytes and the
-encoder of its model only. Lidars with drivers of others are simulated with these: the latency is
+encoder of its model only. Lidars with third-party drivers are simulated with these: the latency is
 then from the publication of their scans.
 """
 

@@ -96,7 +96,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         'which publishes scan, in place of a link',
     )  # fmt: skip
     parser.add_argument(
-        '--frame-id', default='laser', help='frame of the scans of a lidar with a driver'
+        '--frame-id',
+        default='laser',
+        help='frame of the scans of a lidar with a third-party driver',
     )
     parser.add_argument(
         '--joint-name', default='nod_joint', help='name of the joint of ros2_control'
