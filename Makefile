@@ -12,7 +12,7 @@ SOURCES := $(shell find nodlidar_* underlay -not -path '*/test*' -not -path '*/_
              -not -name '*.md' -not -name '*.rst')
 
 help:                    ## list the targets
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## */\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## */\t/' | expand -t 14
 
 demo: build              ## scan the simulated room for 20 s; leaves cloud.ply, cloud.png and a bag in demo_output/
 	@$(ACTIVATE) && ros2 run nodlidar_demo demo $(DEMO_ARGS)

@@ -1,10 +1,10 @@
-"""Writes the documentation of parameters: each node's YAML file and the tables in its README.
+"""Writes the documentation of parameters: each node's YAML file and the tables in the READMEs.
 
 Names, defaults, units, ranges and descriptions stand once, in the dataclasses of the stages that
 use them. `make docs` runs this; a test fails when a file is stale.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import Field, fields
 import inspect
 from pathlib import Path
@@ -19,6 +19,7 @@ from nodlidar_driver.config import DriverConfig, LdrobotConfig
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
+from nodlidar_sim.world.effects import Effects
 from nodlidar_viewer.config import ViewerConfig
 import yaml
 
@@ -127,16 +128,21 @@ def table(node: str) -> str:
     """Return the tables of a node's parameters for its README."""
     tables = []
     for about, own in stages(node):
-        rows = ['| parameter | default | unit | allowed | |', '| --- | --- | --- | --- | --- |']
-        for field in own:
-            limits = limits_of(field)
-            live = ' (can change while the node runs)' if limits.live else ''
-            rows.append(
-                f'| `{field.name}` | `{in_yaml(field.default)}` | {limits.unit} | '
-                f'{allowed(limits)} | {limits.description}{live} |'
-            )
-        tables.append(f'{about}\n\n' + '\n'.join(rows))
+        tables.append(f'{about}\n\n{table_of(own)}')
     return '\n\n'.join(tables)
+
+
+def table_of(own: Iterable['Field[Any]']) -> str:
+    """Return a table with a row for each parameter."""
+    lines = ['| parameter | default | unit | allowed | |', '| --- | --- | --- | --- | --- |']
+    for field in own:
+        limits = limits_of(field)
+        live = ' (can change while the node runs)' if limits.live else ''
+        lines.append(
+            f'| `{field.name}` | `{in_yaml(field.default)}` | {limits.unit} | '
+            f'{allowed(limits)} | {limits.description}{live} |'
+        )
+    return '\n'.join(lines)
 
 
 def profile_table() -> str:
@@ -170,6 +176,8 @@ def documents() -> dict[Path, str]:
         found[readme] = filled(text, block, table(node))
     readme = WORKSPACE / 'nodlidar_assembler' / 'README.md'
     found[readme] = filled(found[readme], 'profiles', profile_table())
+    readme = WORKSPACE / 'nodlidar_sim' / 'README.md'
+    found[readme] = filled(readme.read_text(), 'effects', table_of(fields(Effects)))
     return found
 
 

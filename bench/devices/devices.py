@@ -1,7 +1,7 @@
 """Each emulated servo and lidar in the whole launch: its clouds, their latency, the phase.
 
 With the errors of the scene's devices, and without them. An ideal servo has the bytes and the
-encoder of its model only. Lidars with drivers of others are simulated with these: the latency is
+encoder of its model only. Lidars with third-party drivers are simulated with these: the latency is
 then from the publication of their scans.
 """
 
@@ -11,8 +11,9 @@ import tempfile
 from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.bags.read_bag import read_bag
 from nodlidar_assembler.config import AssemblerConfig
-from nodlidar_bringup.ros.launch_arguments import BEST_EFFORT, share
+from nodlidar_bringup.ros.launch_arguments import BEST_EFFORT
 from nodlidar_bringup.ros.launched import keep_apart, launched_sensor
+from nodlidar_bringup.ros.shared_files import share
 from nodlidar_common.ldrobot import LD19
 from nodlidar_common.parameter_file import file_values
 from nodlidar_demo.delivery import read_delivery

@@ -1,9 +1,9 @@
-"""Injects some of the faults into the launched system: `python -m bench.faults --help`."""
+"""Injects faults into the launched system, all or some of them."""
 
-import argparse
 from pathlib import Path
 import sys
 
+from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import NodlidarError
 from rich import get_console
 
@@ -13,9 +13,11 @@ from bench.shared.report import table
 
 def main() -> None:
     """Print the judgement of the requested faults."""
-    parser = argparse.ArgumentParser(prog='python -m bench.faults', description=__doc__)
-    parser.add_argument('--duration', type=float, default=DURATION, help='of all faults [s]')
-    parser.add_argument('--seed', type=int, default=1, help='of order and size of the faults')
+    parser = LineParser('python -m bench.faults', __doc__)
+    parser.add_argument(
+        '--duration', type=float, default=DURATION, help='duration of all faults [s]'
+    )
+    parser.add_argument('--seed', type=int, default=1, help='seed of order and size of the faults')
     parser.add_argument('--only', default='', help='parts of names of faults, separated by commas')
     parser.add_argument('--keep', type=Path, help='folder for bag, logs and each judgement')
     options = parser.parse_args()

@@ -10,9 +10,10 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from nodlidar_bringup import argument_values
 from nodlidar_bringup.ros.discovery import announce_often
-from nodlidar_bringup.ros.launch_arguments import declared, MAPPING_DEFAULTS, share
+from nodlidar_bringup.ros.launch_arguments import declared, MAPPING_DEFAULTS
 from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
 from nodlidar_bringup.ros.sensor import end_all, Sensor, text
+from nodlidar_bringup.ros.shared_files import share
 
 # Time for which the launch waits until the mapper has saved the map [s]. Without one to save, the
 # launch waits as for any node: a mapper that stands still does not end at all.

@@ -4,6 +4,7 @@ from contextlib import nullcontext
 from dataclasses import fields, replace
 import math
 from pathlib import Path
+import re
 
 from nodlidar_assembler.calibration.calibration import Calibration
 from nodlidar_assembler.calibration.recorded import start_values
@@ -40,6 +41,7 @@ import pytest
 
 FASTEST = 1023 * 0.111  # rpm that the register of an RX-24F can hold
 RPM = math.tau / 60.0  # rad/s
+OF_MAPPING = ('mapper_params', 'map', 'save', 'bag')  # of mapping.launch.py alone
 XACRO = Path(__file__).parents[1] / 'urdf' / 'robot.urdf.xacro'
 PLACES = {
     'mount_xyz': '0 0 1.0',
@@ -262,8 +264,7 @@ def test_a_path_may_begin_with_the_home_directory(monkeypatch):
 
 
 def test_no_argument_of_a_launch_file_is_taken_for_another():
-    own = {'mapper_params', 'map', 'bag'}
-    assert misspelt([*ARGUMENTS, *own], ARGUMENTS) == []
+    assert misspelt([*ARGUMENTS, *OF_MAPPING], ARGUMENTS) == []
 
 
 @pytest.mark.parametrize(
@@ -424,6 +425,16 @@ def test_the_table_of_the_servos_says_what_the_code_says():
         _, _, speed, torque, nod, _ = cells[name]
         assert float(speed) == pytest.approx(model.max_speed, abs=0.051), name
         assert (float(torque), float(nod)) == (model.max_torque, MAX_SPEEDS[name])
+
+
+def test_the_table_of_the_arguments_has_each_with_its_default():
+    page = (Path(__file__).parents[1] / 'README.md').read_text()
+    documented = {}
+    for row in re.findall(r'^\| (`.*?) \| (.*?)\|', page.split('## How it runs')[0], re.MULTILINE):
+        names, defaults = (re.findall('`(.*?)`', cell) for cell in row)
+        documented.update(zip(names, defaults or [''] * len(names), strict=True))
+    expected = {name: '' if name.endswith('_params') else DEFAULTS[name] for name in ARGUMENTS}
+    assert documented == {**expected, **dict.fromkeys(OF_MAPPING, '')}
 
 
 @pytest.mark.parametrize('model', [*MODELS, 'trajectory'])

@@ -2,7 +2,7 @@
 
 import io
 
-from nodlidar_common.terminal import progress_bar, result_console
+from nodlidar_common.terminal import progress_bar, result_console, summary_table
 import pytest
 from rich.console import Console
 from rich.table import Table
@@ -20,6 +20,13 @@ def test_a_table_in_a_file_is_as_wide_as_it_needs_and_at_most_100_columns(capsys
 def test_texts_of_a_result_are_printed_as_they_are(capsys):
     result_console().print('[red]/a:smile:b[/red]')
     assert capsys.readouterr().out == '[red]/a:smile:b[/red]\n'
+
+
+def test_no_name_or_value_of_a_summary_is_cut(capsys):
+    result_console().print(summary_table([('n' * 150, 'v' * 150), ('scans', 201)]))
+    printed = capsys.readouterr().out
+    assert (printed.count('n'), printed.count('v')) == (151, 150)
+    assert '201' in printed
 
 
 @pytest.mark.parametrize(

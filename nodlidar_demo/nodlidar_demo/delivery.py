@@ -26,7 +26,7 @@ class Delivery:
     Attributes
     ----------
     latency
-        From a scan's last byte at the port, or with a driver of others from its publication, to
+        From a scan's last byte at the port, or with a third-party driver from its publication, to
         the publication of its cloud [s], shape (n,).
     dropped
         Drops that the nodes reported in their last diagnostics, counted by reason.
@@ -52,7 +52,7 @@ def read_delivery(bag: Path, others: AssemblerConfig | None = None) -> Delivery:
     bag
         The bag.
     others
-        Conventions of a driver of others, such as the delay of its stamps; by default, the scans
+        Conventions of a third-party driver, such as the delay of its stamps; by default, the scans
         are of our driver, which publishes when their last byte arrived.
 
     Raises

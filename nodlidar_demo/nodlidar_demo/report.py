@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
+from nodlidar_common.terminal import summary_table
 from nodlidar_demo.delivery import Delivery
 from nodlidar_demo.evaluation import FAR
 import numpy as np
@@ -38,30 +39,32 @@ def print_report(
     log: SensorLog, delivery: Delivery, distances: Distances, console: Console
 ) -> None:
     """Print what a recorded sensor delivered, and the accuracy of each estimator."""
-    console.print(_delivery_table(log, delivery))
+    console.print(summary_table(_delivery_rows(log, delivery), title='Delivered'))
     console.print(rms_table(distances))
 
 
-def _delivery_table(log: SensorLog, delivery: Delivery) -> Table:
-    table = Table(title='Delivered', show_header=False)
-    table.add_column()
-    table.add_column(justify='right')
-    table.add_row('scans', f'{len(log.scans)}')
-    table.add_row('beams', f'{sum(len(scan.ranges) for scan in log.scans)}')
-    table.add_row('joint samples', f'{len(log.sample_ns)}')
-    table.add_row('clouds', f'{delivery.clouds}')
-    table.add_row('points', f'{delivery.points}')
-    for reason, count in delivery.dropped.items():
-        table.add_row(f'dropped: {reason}', f'{count}')
-    if not delivery.dropped:
-        table.add_row('dropped', '0')
-    if len(delivery.latency):
-        median, high = np.percentile(delivery.latency, [50, 99]) * 1e3
-        table.add_row('latency, last byte to cloud: p50', f'{median:.1f} ms')
-        table.add_row('latency, last byte to cloud: p99', f'{high:.1f} ms')
-    for name, value in nod_rows(delivery):
-        table.add_row(name, value)
-    return table
+def _delivery_rows(log: SensorLog, delivery: Delivery) -> list[tuple[str, object]]:
+    return [
+        ('scans', len(log.scans)),
+        ('beams', sum(len(scan.ranges) for scan in log.scans)),
+        ('joint samples', len(log.sample_ns)),
+        ('clouds', delivery.clouds),
+        ('points', delivery.points),
+        *((f'dropped: {reason}', count) for reason, count in delivery.dropped.items()),
+        *([] if delivery.dropped else [('dropped', 0)]),
+        *_latency_rows(delivery),
+        *nod_rows(delivery),
+    ]
+
+
+def _latency_rows(delivery: Delivery) -> list[tuple[str, str]]:
+    if not len(delivery.latency):
+        return []
+    median, high = np.percentile(delivery.latency, [50, 99]) * 1e3
+    return [
+        ('latency, last byte to cloud: p50', f'{median:.1f} ms'),
+        ('latency, last byte to cloud: p99', f'{high:.1f} ms'),
+    ]
 
 
 def nod_rows(delivery: Delivery) -> list[tuple[str, str]]:

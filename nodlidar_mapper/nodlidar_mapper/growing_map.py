@@ -41,7 +41,7 @@ class GrowingMap:
     anchor
         Index of the nearest keyframe, of those around.
     surface_around
-        The surfaces near the robot along the way, to which clouds are matched.
+        The surfaces near the robot along the path, to which clouds are matched.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class GrowingMap:
 
     @property
     def keyframes_around(self) -> list[Keyframe]:
-        """Those near the robot along the way."""
+        """Those near the robot along the path."""
         return [self.keyframes[i] for i in self._indices_around]
 
     def seen_around(self) -> Seen:

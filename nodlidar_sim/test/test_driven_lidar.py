@@ -1,4 +1,4 @@
-"""Lidars with drivers of others: the shapes of their scans, and when they come."""
+"""Lidars with third-party drivers: the shapes of their scans, and when they come."""
 
 import math
 

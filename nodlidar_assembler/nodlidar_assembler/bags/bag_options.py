@@ -38,8 +38,8 @@ def configuration(params: Path | None, chosen: Mapping[str, Any]) -> AssemblerCo
 def add_topics(parser: argparse.ArgumentParser, kinds: Iterable[str] = USUAL) -> None:
     """Add the options of the topics in a bag, of some types of messages."""
     for usual, option in (USUAL[kind] for kind in kinds):
-        said = f'default: {usual}, or the only one of its type'
-        parser.add_argument(option, metavar='TOPIC', default='', help=said)
+        help_text = f'topic [default: {usual}, or the only one of its type]'
+        parser.add_argument(option, metavar='TOPIC', default='', help=help_text)
 
 
 def topics_of(arguments: argparse.Namespace) -> Topics:

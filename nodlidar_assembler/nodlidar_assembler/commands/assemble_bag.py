@@ -1,4 +1,4 @@
-"""`ros2 run nodlidar_assembler assemble_bag`: assembles the clouds of a recorded bag.
+"""Assembles the clouds of a recorded bag.
 
 The clouds are those that the assembler node publishes for the same messages and parameters.
 """
@@ -18,8 +18,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.terminal import progress_bar, result_console
-from rich.table import Table
+from nodlidar_common.terminal import progress_bar, result_console, summary_table
 
 
 def main(argv: Sequence[str] | None) -> None:
@@ -37,30 +36,23 @@ def main(argv: Sequence[str] | None) -> None:
     arguments = _parse(argv)
     config = configuration(arguments.params, _chosen(arguments))
     summary = _with_bar(arguments.bag, arguments.output, config, topics_of(arguments))
-    result_console().print(summary_table(summary, arguments.output))
+    result_console().print(summary_table(_rows(summary, arguments.output)))
 
 
-def summary_table(summary: Summary, output: Path) -> Table:
-    """Return a summary as a table."""
+def _rows(summary: Summary, output: Path) -> list[tuple[str, object]]:
     drops, remarks = summary.assembler.drops, summary.assembler.remarks
     begin, end = summary.first_ns / NS_PER_S, summary.last_ns / NS_PER_S
-    table = Table(show_header=False)
-    table.add_column(overflow='fold')
-    table.add_column(justify='right', overflow='fold')
-    table.add_row('written', str(output))
-    for name, count in (summary.counts | remarks).items():
-        table.add_row(name, f'{count}')
-    for reason, count in drops.items():
-        table.add_row(f'dropped: {reason}', f'{count}')
-    if not drops:
-        table.add_row('dropped', '0')
-    table.add_row('recorded', f'{begin:.3f} .. {end:.3f} s')
-    table.add_row('', f'{end - begin:.3f} s')
-    table.add_row('done in', f'{summary.seconds:.3f} s')
-    table.add_row('times real time', f'{(end - begin) / summary.seconds:.0f}')
-    for note in summary.notes:
-        table.add_row('note', note)
-    return table
+    return [
+        ('written', output),
+        *(summary.counts | remarks).items(),
+        *((f'dropped: {reason}', count) for reason, count in drops.items()),
+        *([] if drops else [('dropped', 0)]),
+        ('recorded', f'{begin:.3f} .. {end:.3f} s'),
+        ('', f'{end - begin:.3f} s'),
+        ('done in', f'{summary.seconds:.3f} s'),
+        ('times real time', f'{(end - begin) / summary.seconds:.0f}'),
+        *(('note', note) for note in summary.notes),
+    ]
 
 
 def _with_bar(bag: Path, output: Path, config: AssemblerConfig, topics: Topics) -> Summary:

@@ -1,6 +1,6 @@
-"""`ros2 run nodlidar_assembler calibrate BAG|live`: calibrates the sensor from a static scene.
+"""Calibrates the sensor from a static scene, by what must be flat.
 
-Joint delay and zero, and the lidar's place in the nodding frame, by what must be flat.
+Finds delay and zero of the joint, and the lidar's place in the nodding frame.
 """
 
 import argparse
@@ -151,7 +151,7 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
         type=Path,
         metavar='YAML',
         default=Path('calibration.yaml'),
-        help='file to write or replace; default: calibration.yaml',
+        help='file to write or replace',
     )
     parser.add_argument(
         '--params',
@@ -186,7 +186,7 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
         'LD19 may by 45 mm',
     )
     parser.add_argument(
-        '--seconds', type=float, default=SECONDS, help=f'of live; default: {SECONDS:g}'
+        '--seconds', type=float, default=SECONDS, help='how long to record the running sensor [s]'
     )
     add_topics(parser, (SCAN, JOINT_STATE))
     arguments = parser.parse_args(argv)

@@ -1,4 +1,4 @@
-"""The command `doctor`, which says what is wrong with devices, computer and running system."""
+"""Says what is wrong with devices, computer and running system."""
 
 import argparse
 from collections.abc import Sequence
@@ -32,17 +32,18 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = LineParser('doctor', __doc__)
     parser.add_argument('--lidar-port', metavar='PORT', help='port of the lidar')
     parser.add_argument('--servo-port', metavar='PORT', help='port of the servo')
-    parser.add_argument('--baud-rate', type=int, metavar='BIT/S', help='of the servo')
-    parser.add_argument('--servo-id', type=int, metavar='ID', help='of the servo')
-    parser.add_argument('--namespace', default='', help='of the sensor')
+    parser.add_argument('--baud-rate', type=int, metavar='BIT/S', help='bit rate of the servo')
+    parser.add_argument('--servo-id', type=int, metavar='ID', help='ID of the servo')
+    parser.add_argument('--namespace', default='', help='namespace of the sensor')
     parser.add_argument(
-        '--frame-prefix', help="of the sensor [default: that of the running assembler's frame]"
+        '--frame-prefix',
+        help="prefix of the sensor's frames [default: that of the running assembler's frame]",
     )
     parser.add_argument(
         '--seconds',
         type=float,
         default=4.0,
-        help='how long to listen to the running system; longer for clouds of long sweeps',
+        help='how long to listen to the running system [s]; longer for clouds of long sweeps',
     )
     parser.add_argument(
         '--no-ask', action='store_true', help='do not ask free ports which device is there'

@@ -1,4 +1,4 @@
-"""The command `install_udev_rules`: names that stay, rights and short latency of the ports."""
+"""Installs rules of udev: ports with names that stay, rights and a short latency."""
 
 import argparse
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ TARGET = '/etc/udev/rules.d/60-nodlidar.rules'
 
 def main(argv: Sequence[str] | None) -> None:
     """Install the rules, or print them."""
-    from nodlidar_bringup.ros.launch_arguments import share
+    from nodlidar_bringup.ros.shared_files import share
 
     rules = Path(share('nodlidar_bringup', 'config/udev/60-nodlidar.rules'))
     if _parse(argv).print:

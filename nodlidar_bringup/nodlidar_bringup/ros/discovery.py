@@ -2,7 +2,7 @@
 
 import os
 
-from ament_index_python.packages import get_package_share_directory
+from nodlidar_bringup.ros.shared_files import share
 
 # Fast DDS reads its profiles from the first up to ROS 2 Jazzy, from the second since Kilted.
 PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
@@ -16,6 +16,5 @@ def announce_often() -> None:
     """
     if any(variable in os.environ for variable in PROFILE_VARIABLES):
         return
-    share = get_package_share_directory('nodlidar_bringup')
     for variable in PROFILE_VARIABLES:
-        os.environ[variable] = os.path.join(share, 'config', 'fast_discovery.xml')
+        os.environ[variable] = share('nodlidar_bringup', 'config/fast_discovery.xml')

@@ -121,7 +121,8 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
     settings = settings_of(node, {name: keys for name, keys in wanted.items() if name in running})
     if settings.get(f'{space}/servo') == {}:  # a node that has not all of them answers with none
         settings |= settings_of(node, {f'{space}/servo': _OF_ROS2_CONTROL})
-    others = [name for name, values in settings.items() if not values]  # such as drivers of others
+    # Such as third-party drivers.
+    others = [name for name, values in settings.items() if not values]
     settings |= settings_of(node, dict.fromkeys(others, ('use_sim_time',)))
     lifecycle = [name for name in running if name in {f'{space}/{n}' for n in LIFECYCLE}]
     silent = [name for name in wanted if name in running and name not in settings]
@@ -259,7 +260,7 @@ def _examine_ports(options: Namespace, settings: Settings, running: Graph | None
     published = {topic.name for topic in running.topics if topic.publishers} if running else set()
     used = settings.get('driver', {}).get('port')
     given = settings.get('servo', {})
-    # The ports of a lidar with the driver of others, and of ros2_control, are none of ours.
+    # The ports of a lidar with a third-party driver, and of ros2_control, are none of ours.
     lidar = servo = None
     if used or options.lidar_port or 'scan' not in published:
         lidar = _port(LIDAR, options.lidar_port, used, options)

@@ -1,20 +1,14 @@
 """The arguments of the launch files. nodlidar_bringup.argument_values checks their values."""
 
-import os
 from typing import Any
 
-from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument
+from nodlidar_assembler.profiles import PROFILES
+from nodlidar_bringup.ros.shared_files import share
 from nodlidar_common.ldrobot import LD19
 from nodlidar_servo.models.models import MODELS
 from nodlidar_sim.devices.make_devices import WITH_BYTES
 from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
-
-
-def share(package: str, path: str) -> str:
-    """Return a file in a package's share folder."""
-    return os.path.join(get_package_share_directory(package), path)
-
 
 OTHER_DRIVERS = tuple(OTHER_LIDARS)
 WITH_FILE = (*OTHER_DRIVERS, LD19)  # each in config/lidars, for the assembler
@@ -93,7 +87,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     'profile': {
         'default_value': 'balanced',
-        'choices': ['fast', 'balanced', 'slam'],
+        'choices': [*PROFILES],
         'description': 'fast or balanced: trades computation time for accuracy '
         '(docs/tradeoffs.md); slam: one deskewed cloud per sweep (docs/slam.md); '
         'the parameter files override it',

@@ -23,9 +23,9 @@ from nodlidar_bringup.ros.launch_arguments import (
     DESCRIPTIONS,
     DEVICES,
     OTHER_DRIVERS,
-    share,
     WITH_FILE,
 )
+from nodlidar_bringup.ros.shared_files import share
 from nodlidar_bringup.ros.tied_node import tied_node
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.ldrobot import LD19

@@ -1,4 +1,4 @@
-"""Scans a simulated scene, measures the clouds and draws them: `ros2 run nodlidar_demo demo`."""
+"""Scans a simulated scene, measures the clouds and draws them."""
 
 import argparse
 from collections.abc import Sequence

@@ -70,17 +70,17 @@ def write_comparison(path: Path, folder: Path, drive: Recording) -> None:
     mapped, plan = figure.subplots(1, 2, sharex=True, sharey=True)
     _draw_map(mapped, folder)
     _draw_plan(plan, drive, start, (*mapped.get_xlim(), *mapped.get_ylim()))
-    for axes, way, title in ((mapped, lines[:, 1:3], 'map'), (plan, true, 'true floor plan')):
-        axes.plot(*way.T, color='tab:red', linewidth=1.0)
+    for axes, driven, title in ((mapped, lines[:, 1:3], 'map'), (plan, true, 'true floor plan')):
+        axes.plot(*driven.T, color='tab:red', linewidth=1.0)
         axes.set(xlabel='x [m]', ylabel='y [m]', aspect='equal', title=title)
     with whole_file(path) as part:
         FigureCanvasAgg(figure).print_figure(part, dpi=80)
 
 
 def _draw_map(axes: Axes, folder: Path) -> None:
-    said = yaml.safe_load((folder / 'map.yaml').read_text())
-    grey = imread(folder / said['image'])
-    (x, y, _), size = said['origin'], said['resolution']
+    grid = yaml.safe_load((folder / 'map.yaml').read_text())
+    grey = imread(folder / grid['image'])
+    (x, y, _), size = grid['origin'], grid['resolution']
     extent = (x, x + size * grey.shape[1], y, y + size * grey.shape[0])
     axes.imshow(grey, cmap='gray', extent=extent, vmin=0, vmax=255)
 
@@ -108,8 +108,8 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = LineParser('demo_mapping', __doc__)
     parser.add_argument('--scene', default='building', help='scene, or a YAML file')
     parser.add_argument('--route', default=None, help="route in place of the scene's own")
-    parser.add_argument('--duration', type=float, default=200.0, help='of the drive [s]')
-    parser.add_argument('--seed', type=int, default=1, help='of the noise')
+    parser.add_argument('--duration', type=float, default=200.0, help='duration of the drive [s]')
+    parser.add_argument('--seed', type=int, default=1, help='seed of the noise')
     parser.add_argument(
         '--output', type=Path, default=Path('mapping_output'), help='folder to write to'
     )

@@ -135,9 +135,17 @@ def record(
 ) -> None:
     """Record a sensor into a bag, for a time [s] from the first cloud on.
 
-    If told to adapt, the first half is with the whole nod, which shows floor and ceiling. In the
-    second, limits and speed of the nod follow the range. Scans that are published best effort are
-    taken if so told.
+    Parameters
+    ----------
+    bag, duration
+        Where, and for how long [s].
+    sensor, console
+        What is recorded, and where the progress is shown.
+    best_effort
+        Whether the scans are published best effort.
+    adapts
+        Whether limits and speed of the nod follow the range in the second half. The first half is
+        with the whole nod, which shows floor and ceiling.
 
     Raises
     ------

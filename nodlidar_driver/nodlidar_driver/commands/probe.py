@@ -1,4 +1,4 @@
-"""The command `probe`: what a lidar is, how fast it scans, how well it is dated, what it sees.
+"""Shows what a lidar is, how fast it scans, how well it is dated, and what it sees.
 
 It reads some seconds of scans. The laser of a Hokuyo is off afterwards, also after Ctrl-C or an
 error; an LD06 or LD19 takes no commands.
@@ -198,9 +198,9 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     ports = ', '.join(f'{each.port} of {name}' for name, each in _DEFAULTS.items())
     parser.add_argument('--lidar', choices=_DEFAULTS, default=_HOKUYO, help='LD19 is an LD06, too')
     parser.add_argument(
-        '--port', help=f'serial port, or tcp://ADDRESS[:PORT] of a Hokuyo; default: {ports}'
+        '--port', help=f'serial port, or tcp://ADDRESS[:PORT] of a Hokuyo [default: {ports}]'
     )
-    parser.add_argument('--baud-rate', type=int, help='of a serial port that is not USB')
-    parser.add_argument('--seconds', type=float, default=5.0, help='how long to read scans')
+    parser.add_argument('--baud-rate', type=int, help='bit rate of a port that is not USB')
+    parser.add_argument('--seconds', type=float, default=5.0, help='how long to read scans [s]')
     parser.add_argument('--json', action='store_true', help='print numbers, in SI units')
     return parser.parse_args(argv)

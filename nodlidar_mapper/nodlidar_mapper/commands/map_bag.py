@@ -1,4 +1,4 @@
-"""`ros2 run nodlidar_mapper map_bag`: maps a recorded drive.
+"""Maps a recorded drive.
 
 Reads scans, joint states and odometry from TF. Writes into a folder: the points of the map
 (map.ply), its occupancy grid as map_server reads it (map.pgm, map.yaml), a picture (map.png), the
@@ -15,14 +15,17 @@ from typing import TypeVar
 
 from nodlidar_assembler.bags.bag_options import add_topics, configuration, topics_of
 from nodlidar_assembler.bags.read_bag import read_drive
-from nodlidar_assembler.bags.sensor_log import clouds_in
+from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
+from nodlidar_assembler.clouds.points import Points
+from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.plausibility.odometry_jitter import OdometryJitter
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameter_file import file_values
 from nodlidar_common.parameters import check
-from nodlidar_common.terminal import progress_bar, result_console
+from nodlidar_common.terminal import progress_bar, result_console, summary_table
 from nodlidar_mapper.config import MapConfig
+from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.live import make_parent
 from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.offline import estimates
@@ -30,7 +33,6 @@ from nodlidar_mapper.output.grid import GridConfig
 from nodlidar_mapper.output.map_files import write_map
 from nodlidar_mapper.tracking.odometry_delay import is_worth_setting, KNOWN_ERROR, odometry_delay
 import numpy as np
-from rich.table import Table
 
 Config = TypeVar('Config', MapConfig, GridConfig)
 # What a map needs, whatever a parameter file of the assembler says.
@@ -63,31 +65,37 @@ def main(argv: Sequence[str] | None) -> None:
     surface = write_map(arguments.output, snapshot, cells)
     seconds = time.perf_counter() - begin
     recorded = (log.scans[-1].stamp_ns - log.scans[0].stamp_ns) / NS_PER_S
+    rows: list[tuple[str, object]] = [
+        ('written', arguments.output),
+        ('clouds', len(clouds)),
+        *((f'dropped: {reason}', count) for reason, count in drops.items()),
+        ('clouds that do not fit the map', sum(each.lost not in ('', NO_MAP) for each in found)),
+        *_odometry_rows(clouds, log, config),
+        ('path', f'{_length(snapshot.path):.1f} m'),
+        ('keyframes', len(snapshot.keyframes)),
+        ('loops closed', snapshot.loops),
+        ('points', len(surface.points)),
+        ('done in', f'{seconds:.1f} s'),
+        ('times real time', f'{recorded / seconds:.0f}'),
+        *(('note', damage) for damage in log.damage),
+    ]
+    result_console().print(summary_table(rows))
+
+
+def _odometry_rows(
+    clouds: Sequence[Points], log: SensorLog, config: AssemblerConfig
+) -> list[tuple[str, object]]:
+    """Return by how much odometry is late, and its stamps jitter."""
     assert log.odometry is not None
     delay = odometry_delay(clouds, log.odometry, config)
     jitter = OdometryJitter.worst(log.odometry)
-    length = float(np.linalg.norm(np.diff(snapshot.path[:, :3, 3], axis=0), axis=1).sum())
-    table = Table(show_header=False)
-    table.add_column()
-    table.add_column(justify='right', overflow='fold')
-    for name, value in {
-        'written': arguments.output,
-        'clouds': len(clouds),
-        **{f'dropped: {reason}': count for reason, count in drops.items()},
-        'clouds that do not fit the map': sum(each.lost not in ('', NO_MAP) for each in found),
-        'odometry is late by': _late(*delay, config.odometry_delay),
-        **({} if jitter is None else {'its stamps jitter by': jitter}),
-        'path': f'{length:.1f} m',
-        'keyframes': len(snapshot.keyframes),
-        'loops closed': snapshot.loops,
-        'points': len(surface.points),
-        'done in': f'{seconds:.1f} s',
-        'times real time': f'{recorded / seconds:.0f}',
-    }.items():
-        table.add_row(name, str(value))
-    for damage in log.damage:
-        table.add_row('note', damage)
-    result_console().print(table)
+    late = ('odometry is late by', _late(*delay, config.odometry_delay))
+    return [late] if jitter is None else [late, ('its stamps jitter by', jitter)]
+
+
+def _length(path: Array) -> float:
+    """Return the length of a path of poses (n, 4, 4) [m]."""
+    return float(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1).sum())
 
 
 def _late(delay: float, error: float, known: float) -> str:

@@ -35,7 +35,7 @@ class LoopConfig(MatchingConfig):
     )
     loop_distance: float = parameter(
         15.0,
-        'Parts of the map that are farther along the way are matched as a loop',
+        'Parts of the map that are farther along the path are matched as a loop',
         unit='m',
         minimum=1.0,
         maximum=1000.0,
@@ -49,7 +49,7 @@ def indices_around(
     edges: Sequence[Edge],
     config: LoopConfig,
 ) -> list[int]:
-    """Return the indices of keyframes near a pose, also near one of them along the way."""
+    """Return the indices of keyframes near a pose, also near one of them along the path."""
     poses = np.stack([keyframe.pose for keyframe in keyframes])
     way = distances_from(index, poses, edges)
     near = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1) < config.map_radius
@@ -60,7 +60,7 @@ def indices_around(
 def loop_at(
     seen: Seen, keyframes: Sequence[Keyframe], edges: Sequence[Edge], config: LoopConfig
 ) -> Edge | None:
-    """Return the edge from the nearest keyframe that is far along the way to the newest one.
+    """Return the edge from the nearest keyframe that is far along the path to the newest one.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ from nodlidar_planner.plan_scan.option_fields import add_option, flag
 PICTURES = ('.png', '.pdf', '.svg')
 _OBJECTIVE = 'completion, revisit, hole, or weights such as completion=1,revisit=0.5,hole=10'
 _DESCRIPTION = (
-    'Choose the samples per sweep (N_s), and so the speed of the nod, with which a nodding lidar '
+    'Chooses the samples per sweep (N_s), and so the speed of the nod, with which a nodding lidar '
     'finds an object soonest or leaves the smallest hole between its beams. Angles are in radians '
     'unless another unit is stated; positive pitch is up.'
 )

@@ -1,4 +1,4 @@
-"""The command `setup`: finds a servo, shows what it is, and sets it up for the servo node.
+"""Finds a servo, shows what it is, and sets it up for the servo node.
 
 It asks before each change, writes with the torque off, reads back, and ends with the command that
 starts the nod. It never moves the motor.
@@ -190,20 +190,23 @@ def _show_start(result: Result, options: argparse.Namespace) -> None:
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = LineParser('setup', __doc__)
-    parser.add_argument('--port', default=_DEFAULTS.port, help='of the servo')
+    limits = _DEFAULTS.pitch_lower_limit, _DEFAULTS.pitch_upper_limit
+    parser.add_argument('--port', default=_DEFAULTS.port, help='port of the servo')
     parser.add_argument('--model', default='', choices=MODELS, help='refuse any other model')
-    parser.add_argument('--from-id', type=int, metavar='ID', help='of several servos, this one')
-    parser.add_argument('--servo-id', type=int, default=_DEFAULTS.servo_id, help='ID to be set')
     parser.add_argument(
-        '--baud-rate', type=int, default=_DEFAULTS.baud_rate, help='bit rate to be set'
+        '--from-id', type=int, metavar='ID', help='of several servos, the one with this ID'
+    )
+    parser.add_argument('--servo-id', type=int, default=_DEFAULTS.servo_id, help='ID to set')
+    parser.add_argument(
+        '--baud-rate', type=int, default=_DEFAULTS.baud_rate, help='bit rate to set'
     )
     parser.add_argument(
         '--limits',
         type=float,
         nargs=2,
         metavar=('LOW', 'HIGH'),
-        default=(_DEFAULTS.pitch_lower_limit, _DEFAULTS.pitch_upper_limit),
-        help='pitches that the mount allows [rad]',
+        default=limits,
+        help='pitches that the mount allows [rad] [default: {:g} {:g}]'.format(*limits),
     )
     parser.add_argument(
         '--level', action='store_true', help='the scan plane is level now: make this the zero'

@@ -1,4 +1,4 @@
-"""Runs the emulated devices on pseudo-terminals, which drivers open like serial ports."""
+"""Emulates lidar and servo on pseudo-terminals, which drivers open like serial ports."""
 
 import argparse
 from collections.abc import Sequence
@@ -53,8 +53,7 @@ def without_ros_args(arguments: Sequence[str]) -> list[str]:
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the options; exits with one line and status 2 if they are not allowed."""
-    description = 'Emulate the lidar and the servo of a nodding lidar on pseudo-terminals.'
-    parser = LineParser('emulate', description)
+    parser = LineParser('emulate', __doc__)
     for device in ('lidar', 'servo'):
         text = f'path of the link to the {device} [default: no {device}]'
         parser.add_argument(f'--{device}-link', type=Path, help=text)
@@ -79,10 +78,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         '--cmd-vel-timeout', type=float, default=0.5, metavar='S',
         help='time for which a cmd_vel is valid [s]',
     )  # fmt: skip
-    parser.add_argument('--seed', type=int, default=0, help='of all random effects')
+    parser.add_argument('--seed', type=int, default=0, help='seed of all random effects')
     parser.add_argument(
         '--latency-timer', type=float, default=0.0, metavar='MS',
-        help="of the servo's USB adapter [ms]; 16 limits the servo to 62 Hz",
+        help="latency timer of the servo's USB adapter [ms]; 16 limits the servo to 62 Hz",
     )  # fmt: skip
     parser.add_argument(
         '--servo-model', choices=SERVOS, default='RX-24F', metavar='MODEL',
@@ -97,9 +96,13 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         'which publishes scan, in place of a link',
     )  # fmt: skip
     parser.add_argument(
-        '--frame-id', default='laser', help='frame of the scans of a lidar with a driver'
+        '--frame-id',
+        default='laser',
+        help='frame of the scans of a lidar with a third-party driver',
     )
-    parser.add_argument('--joint-name', default='nod_joint', help='of the joint of ros2_control')
+    parser.add_argument(
+        '--joint-name', default='nod_joint', help='name of the joint of ros2_control'
+    )
     parser.add_argument(
         '--controller', default='joint_trajectory_controller', help='name of that controller'
     )

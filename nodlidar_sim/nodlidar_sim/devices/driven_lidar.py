@@ -1,4 +1,4 @@
-"""An emulated lidar together with its driver, for drivers of others: its output is scans."""
+"""An emulated lidar together with its driver, for third-party drivers: its output is scans."""
 
 from collections import deque
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Lidars with drivers of others: how their beams lie, and what those drivers publish.
+"""Lidars with third-party drivers: how their beams lie, and what those drivers publish.
 
 docs/lidars.md names the versions of the drivers whose sources these shapes are from.
 """

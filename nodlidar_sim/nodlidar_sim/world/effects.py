@@ -18,36 +18,44 @@ class Effects:
     """The error sources of a scene; an effect is off, and costs nothing, at 0."""
 
     range_noise: float = parameter(
-        0.0, 'Standard deviation of the ranges', unit='m', minimum=0.0, maximum=1.0
+        0.0, 'Standard deviation of the noise on every range', unit='m', minimum=0.0, maximum=1.0
     )
     dropouts: float = parameter(
         0.0, 'Share of the beams that return no range', minimum=0.0, maximum=1.0
     )
     servo_jitter: float = parameter(
-        0.0, 'Standard deviation of the reversal instants', unit='s', minimum=0.0, maximum=0.1
+        0.0,
+        'Of the ideal servo: its reversals are off by N(0, jitter); live, they are late by the '
+        'absolute value of that',
+        unit='s',
+        minimum=0.0,
+        maximum=0.1,
     )
     clock_drift: float = parameter(
         0.0,
-        'Excess rate of the lidar clock; the driver follows up to 500 ppm, ten times quartz',
+        "Excess rate of the lidar's clock and revolutions; the driver follows no larger drift, "
+        'ten times that of quartz',
         unit='ppm',
         minimum=-500.0,
         maximum=500.0,
     )
     odometry_error: float = parameter(
         0.0,
-        'Standard deviation of the share by which each wheel miscounts',
+        'Standard deviation of the relative error of each of two wheels: position and heading '
+        'drift with the distance driven',
         minimum=0.0,
         maximum=1.0,
     )
     wheel_slip: float = parameter(
         0.0,
-        'Standard deviation whose absolute value is the share by which each wheel slips',
+        'Each wheel turns further than it rolls, by a share that is random for each odometry '
+        'sample: the absolute value of N(0, slip)',
         minimum=0.0,
         maximum=1.0,
     )
     heading_drift: float = parameter(
         0.0,
-        'Standard deviation of the drift rate of the odometry heading',
+        "Standard deviation of the drift rate of the odometry's heading, also at rest",
         unit='rad/s',
         minimum=0.0,
         maximum=1.0,

@@ -1,4 +1,4 @@
-"""`ros2 run nodlidar_viewer view_bag`: replays a recording on a page in a browser.
+"""Replays a recording on a page in a browser.
 
 Reads scans and joint states and, if there are any, transforms from odom, the frame of the clouds
 then.
