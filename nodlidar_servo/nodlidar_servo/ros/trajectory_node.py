@@ -24,7 +24,7 @@ from nodlidar_servo.joint_trajectory.joint_sample import (
 )
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.joint_trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
-from nodlidar_servo.joint_trajectory.waypoints import held, is_within, Planner
+from nodlidar_servo.joint_trajectory.waypoints import is_within, Planner
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.ros.trajectory_message import trajectory_message
@@ -152,10 +152,9 @@ class TrajectoryNode(NodNode):
         # reversal.
         sample, limits = self._samples.latest, self.config.pitch_limits
         if self._is_moving and self._is_recent(sample) and is_within(sample, limits):
-            rest = self._planner.rest(sample, self.now_ns())
-            self._trajectory.publish(trajectory_message(self.config.joint_name, held(rest)))
+            held = self._planner.hold(sample, self.now_ns())
+            self._trajectory.publish(trajectory_message(self.config.joint_name, held))
         self._is_moving = False
-        self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
 
     def _may_come(self) -> bool:
         """Return whether the controller or joint states are missing, and nothing else is wrong."""
