@@ -247,6 +247,31 @@ def test_a_nod_begins_by_a_simulated_clock_at_whatever_rate_it_passes():
     rclpy.shutdown()
 
 
+@pytest.mark.parametrize('can_wait', [True, False])
+def test_a_node_that_ends_waits_until_its_stop_has_arrived(can_wait):
+    class Publisher:
+        def publish(self, message):
+            done.append([point.positions[0] for point in message.points])
+
+        def wait_for_all_acked(self, timeout):
+            done.append(timeout.nanoseconds > 0)
+            if not can_wait:
+                raise RuntimeError
+
+    rclpy.init()
+    node, done = TrajectoryNode(), []
+    sent_to, node._trajectory = node._trajectory, Publisher()
+    node._samples.add(node.now_ns(), 0.2, 0.0)
+    node._is_moving = True
+    node.disconnect()
+    assert done == [[0.2, 0.2], True]
+    node.disconnect()
+    assert len(done) == 2, 'it stops once'
+    node._trajectory = sent_to
+    node.destroy_node()
+    rclpy.shutdown()
+
+
 def test_a_joint_that_stands_still_is_told_though_the_nod_passes_it(robot):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.start_controller()

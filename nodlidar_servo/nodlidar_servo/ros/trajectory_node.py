@@ -1,6 +1,7 @@
 """The lifecycle node of a joint that ros2_control moves: nod commands in, trajectories out."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 import math
 import sys
@@ -28,6 +29,7 @@ from nodlidar_servo.joint_trajectory.waypoints import is_within, Planner
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.ros.trajectory_message import trajectory_message
+from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
@@ -37,6 +39,7 @@ _PATIENCE = 5.0  # s for the controllers to start, often after this node; then t
 # So long between two cycles, this process did not run: it was stopped, or the host was busy [s].
 _STOOD_STILL = 0.3
 _CATCHING_UP = 0.5  # s; then what came meanwhile has been taken
+_LONGEST_WAY = 0.5  # s, of a message to a controller, as waypoints.HELD is
 
 
 def add_state(
@@ -154,6 +157,9 @@ class TrajectoryNode(NodNode):
         if self._is_moving and self._is_recent(sample) and is_within(sample, limits):
             held = self._planner.hold(sample, self.now_ns())
             self._trajectory.publish(trajectory_message(self.config.joint_name, held))
+            # What is on its way when a node ends may be lost. Not every middleware can wait.
+            with suppress(RuntimeError):
+                self._trajectory.wait_for_all_acked(Duration(seconds=_LONGEST_WAY))
         self._is_moving = False
 
     def _may_come(self) -> bool:
