@@ -359,7 +359,9 @@ def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
         robot.until(lambda: robot.message == 'connected', 'what waited meanwhile counts as wrong')
 
 
-@pytest.mark.parametrize(('early_ms', 'way'), [(300, 'before'), (-300, 'after')])
+@pytest.mark.parametrize(
+    ('early_ms', 'way'), [(300, 'before'), (110, 'before'), (-110, 'after'), (-300, 'after')]
+)
 def test_stamps_that_are_a_little_wrong_are_named_and_move_the_joint_no_faster(
     robot, early_ms, way
 ):

@@ -197,15 +197,18 @@ class TrajectoryNode(NodNode):
     def _new_samples(self) -> list[JointSample]:
         """Return the measurements since the last call; the last one is kept."""
         before_ns, self._taken_ns = self._taken_ns, self.now_ns()
-        samples = []
-        for message in self._joint_states.take():
+        samples, came_ns = [], 0
+        for message, arrived_ns in self._joint_states.take_with_arrival():
             sample = add_state(message, self.config.joint_name, self._samples, self._is_of_now)
             if sample is not None:
                 samples.append(sample)
+                came_ns = arrived_ns
                 self._arrived_ns, self._heard = steady_ns(), True
         if samples:
-            age, since = self._taken_ns - samples[-1].stamp_ns, self._taken_ns - before_ns
-            self._stamp_error.add(age / NS_PER_S, since / NS_PER_S)
+            age_ns, since_ns = self._taken_ns - samples[-1].stamp_ns, self._taken_ns - before_ns
+            if came_ns and not self.get_clock().ros_time_is_active:
+                since_ns = min(since_ns, max(time.time_ns() - came_ns, 0))
+            self._stamp_error.add(age_ns / NS_PER_S, since_ns / NS_PER_S)
         return samples
 
     def _is_of_now(self, stamp_ns: int) -> bool:
