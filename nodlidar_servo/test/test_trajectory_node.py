@@ -19,6 +19,7 @@ from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.ros.trajectory_node import add_state, TrajectoryNode
 from nodlidar_sim.devices.trajectory_controller import TrajectoryController, TrajectoryError
 from nodlidar_sim.ros.joint_controller import trajectory_of
+import numpy as np
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -60,6 +61,7 @@ class Robot:
         self.executor = Executor(context=self.context)
         self.executor.add_node(self.node)
         self.nod, self.message, self.statuses, self.pitches = None, '', [], []
+        self.published_ns = []  # when the joint was at each of the pitches
         self.start_ns = 0  # of the nod
         self.reports = []  # messages of the diagnostics
         self.controller = TrajectoryController()
@@ -100,6 +102,7 @@ class Robot:
         pitch, velocity = self.controller.at(now_ns)
         self.controller.update(now_ns, pitch, velocity)
         self.pitches.append(pitch)
+        self.published_ns.append(now_ns)
         other = JointState(name=['wheel', 'nod_joint'], position=[1.0, pitch], velocity=[])
         other.header.stamp = time_message(now_ns - self.states_late_ns)
         if self.unstamped:
@@ -244,6 +247,31 @@ def test_a_nod_begins_by_a_simulated_clock_at_whatever_rate_it_passes():
     rclpy.shutdown()
 
 
+@pytest.mark.parametrize('can_wait', [True, False])
+def test_a_node_that_ends_waits_until_its_stop_has_arrived(can_wait):
+    class Publisher:
+        def publish(self, message):
+            done.append([point.positions[0] for point in message.points])
+
+        def wait_for_all_acked(self, timeout):
+            done.append(timeout.nanoseconds > 0)
+            if not can_wait:
+                raise RuntimeError
+
+    rclpy.init()
+    node, done = TrajectoryNode(), []
+    sent_to, node._trajectory = node._trajectory, Publisher()
+    node._samples.add(node.now_ns(), 0.2, 0.0)
+    node._is_moving = True
+    node.disconnect()
+    assert done == [[0.2, 0.2], True]
+    node.disconnect()
+    assert len(done) == 2, 'it stops once'
+    node._trajectory = sent_to
+    node.destroy_node()
+    rclpy.shutdown()
+
+
 def test_a_joint_that_stands_still_is_told_though_the_nod_passes_it(robot):
     robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
     robot.start_controller()
@@ -331,7 +359,9 @@ def test_clocks_that_differ_are_named_and_nothing_moves(robot, late_s):
         robot.until(lambda: robot.message == 'connected', 'what waited meanwhile counts as wrong')
 
 
-@pytest.mark.parametrize(('early_ms', 'way'), [(300, 'before'), (-300, 'after')])
+@pytest.mark.parametrize(
+    ('early_ms', 'way'), [(300, 'before'), (110, 'before'), (-110, 'after'), (-300, 'after')]
+)
 def test_stamps_that_are_a_little_wrong_are_named_and_move_the_joint_no_faster(
     robot, early_ms, way
 ):
@@ -349,6 +379,22 @@ def test_stamps_that_are_a_little_wrong_are_named_and_move_the_joint_no_faster(
         robot.until(robot.rests, 'the joint goes on without commands')
     assert not any('impossible' in each for each in robot.reports)
     assert robot.refusals == []
+
+
+def test_joint_states_that_come_again_with_early_stamps_make_no_joint_jump(robot):
+    """They stop early in a leg of 4 s, which goes on meanwhile."""
+    robot.nod = nod = Nod(-0.7, 0.7, 4.0, 4001, time.time_ns())
+    robot.start_controller()
+    with running('autostart:=true', 'reconnect_delay:=0.1'):
+        robot.until(robot.is_in_phase, 'not in phase')
+        robot.until(lambda: 0.05 < nod.sweep_at(time.time_ns()) % 1.0 < 0.1, 'does not begin')
+        robot.states_stop, robot.states_late_ns = True, 450_000_000
+        robot.until(lambda: 'no joint states' in robot.message, 'not diagnosed')
+        robot.states_stop = False
+        robot.until(lambda: 'no joint states' not in robot.message, 'does not recover')
+        robot.until(lambda: nod.sweep_at(time.time_ns()) % 1.0 > 0.9, 'does not end')
+    times, pitches = np.array(robot.published_ns) / 1e9, np.array(robot.pitches)
+    assert np.abs(np.diff(pitches) / np.maximum(np.diff(times), 5e-3)).max() < 1.35 * 2.0 * 0.35
 
 
 def test_joint_states_without_a_stamp_are_named_and_nothing_moves(robot):

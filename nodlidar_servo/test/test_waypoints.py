@@ -282,6 +282,49 @@ def test_stamps_that_are_wrong_make_no_joint_faster_and_none_leave_the_nod(early
     assert pitches[300:].max() > 0.49
 
 
+@pytest.mark.parametrize('early', [-0.45, -0.2, -0.12, -0.08, 0.08, 0.12, 0.2, 0.45])
+@pytest.mark.parametrize('age_ms', [5, 100])
+def test_no_joint_jumps_to_where_wrong_stamps_have_it(early, age_ms):
+    """Joint states are as old as a slow publisher's; plans come after the time they are for."""
+    planner, controller = Planner(DYNAMICS, (-0.8, 0.8)), holding(-0.4)
+    states, plan = [], []
+    for ms in range(6000):
+        now = T0 + ms * 1_000_000
+        states.append(controller.at(now))
+        if ms % 97 == 0:  # at ever other phases
+            then = max(ms - age_ms, 0)
+            stamp_ns = T0 + then * 1_000_000 - (round(early * S) if ms > 1500 else 0)
+            plan = planner.plan(NOD, Sample(stamp_ns, *states[then]), now)
+        if ms % 97 == 3:
+            sent(controller, plan, now)
+    pitches = np.array(states)[:, 0]
+    assert np.abs(np.diff(pitches)).max() / 1e-3 <= 1.35 * 2.0 * NOD.speed
+    assert pitches.min() >= -0.42
+    assert pitches.max() <= 0.52
+
+
+@pytest.mark.parametrize('stops_ms', [0, 250, 700])
+@pytest.mark.parametrize('pause_ms', [100, 450, 900, 1500])
+def test_a_joint_that_was_held_starts_again_without_a_jump_though_stamps_are_early(
+    stops_ms, pause_ms
+):
+    planner, controller = Planner(DYNAMICS, LIMITS), holding(-0.4)
+    before = 2220 + stops_ms
+    pitches = []
+    for ms in range(before + pause_ms + 500):
+        now = T0 + ms * 1_000_000
+        p, v = controller.at(now)
+        pitches.append(p)
+        sample = Sample(now - (450_000_000 if ms >= before else 0), p, v)
+        if ms == before:
+            sent(controller, planner.hold(sample, now), now)
+        elif ms % 100 == 0 and not before <= ms < before + pause_ms:
+            sent(controller, planner.plan(NOD, sample, now), now)
+    speed = np.abs(np.diff(pitches)) / 1e-3
+    assert speed.max() <= 1.35 * 2.0 * NOD.speed
+    assert speed[before + 99 : before + pause_ms - 1].max(initial=0.0) < 1e-6
+
+
 @pytest.mark.parametrize('lag', [0.0, 0.04, 0.08, 0.12])
 def test_the_phase_of_a_joint_that_lags_is_kept(lag):
     """The joint is a low-pass filter of second order behind the controller; the nod changes."""

@@ -64,6 +64,13 @@ class PolledSubscription:
         """Return the messages that came since the last call, the oldest first."""
         return [message for message, _ in taken(self._subscription)]
 
+    def take_with_arrival(self) -> list[tuple[Any, int]]:
+        """Return the same, each with the time [ns] when it came; 0 if that is not known."""
+        return [
+            (message, info.get('received_timestamp', 0))
+            for message, info in taken(self._subscription)
+        ]
+
     def end(self) -> None:
         """End the subscription."""
         self._node.destroy_subscription(self._subscription)

@@ -125,7 +125,8 @@ class JointStamps:
 class StampError:
     """Tells that stamps are wrong: clouds are wrong by as much.
 
-    A joint state that arrived since the last cycle is at most so old, if its stamp is right.
+    A joint state that arrived since the last cycle is at most so old, if its stamp is right; or
+    as old as its arrival, where the middleware tells that.
 
     Attributes
     ----------
@@ -139,7 +140,7 @@ class StampError:
         self._in_a_row = 0
 
     def add(self, age: float, since: float) -> None:
-        """Add the age [s] of the newest joint state of a cycle, so long after the one before."""
+        """Add the age [s] of the newest joint state of a cycle; it came so long ago at most."""
         error = max(age - since, 0.0) + min(age, 0.0)
         self._in_a_row = self._in_a_row + 1 if abs(error) > _MOST_LATE else 0
         self.seconds = error if self._in_a_row >= LEAST_TO_DIFFER else 0.0

@@ -91,11 +91,14 @@ class TrajectoryDiagnosis:
         counts = self._recent.counts
         warnings += [f'{counts[what]} {what}' for what in refusals if counts[what]]
         if state.stamp_error:
-            way = 'before' if state.stamp_error > 0.0 else 'after'
+            is_early = state.stamp_error > 0.0
+            way, unless = (
+                ('before', ', unless they travel that long') if is_early else ('after', '')
+            )
             warnings.append(
                 f'joint states are stamped at least {abs(state.stamp_error):.2f} s {way} they '
-                'arrive, and clouds are wrong by as much: synchronise the clocks, or correct '
-                'their publisher'
+                f'arrive, and clouds are wrong by as much{unless}: synchronise the clocks, or '
+                'correct their publisher'
             )
         if state.is_outside:
             warnings.append(f'the joint is at {state.pitch:.2f} rad, outside of the mount')

@@ -160,21 +160,38 @@ class Planner:
         elif self._continues(nod, now_ns) and self.follows(nod, sample):
             first = math.floor(nod.sweep_at(now_ns))
         else:
-            rest = self.rest(sample, now_ns)
+            rest = self._rest(sample, now_ns)
             before, first = [rest], self._first_reached(rest, nod)
         if before:
             self._joins_ns = nod.reversal_time_ns(first)
         self._plan = [*before, *self._legs(nod, first, now_ns, after)]
         return self._plan
 
-    def rest(self, sample: Measured, now_ns: int) -> Waypoint:
+    def hold(self, sample: Measured, now_ns: int) -> list[Waypoint]:
+        """Plan and return the waypoints of a joint that stops as soon as it can."""
+        self._plan, self._joins_ns = held(self._rest(sample, now_ns)), 0
+        return self._plan
+
+    def _rest(self, sample: Measured, now_ns: int) -> Waypoint:
         """Return where and when the joint is at rest soonest.
 
         Where it is at present [ns] tells the latest measurement, or the plan if that is not new.
+        If it is where the other one has it, it is not hurried from there.
         """
-        if not is_new(sample, now_ns) and self._covers(now_ns):
-            sample = JointSample(now_ns, *_at(self._plan, now_ns))
-        return stop(sample, now_ns, self._dynamics.acceleration, self._limits)
+        age, acceleration = (now_ns - sample.stamp_ns) / NS_PER_S, self._dynamics.acceleration
+        other = JointSample(now_ns, sample.pitch, sample.velocity)
+        believed = replace(other, pitch=sample.pitch + sample.velocity * age)
+        if self._plan and self._plan[0].time_ns <= now_ns:
+            planned = JointSample(now_ns, *_at(self._plan, min(now_ns, self._plan[-1].time_ns)))
+            believed, other = (believed, planned) if is_new(sample, now_ns) else (planned, other)
+        rest = stop(believed, now_ns, acceleration, self._limits)
+        duration = max(
+            _cubic_duration(
+                abs(other.pitch - believed.pitch), self._dynamics.max_speed, acceleration
+            ),
+            abs(other.velocity) / acceleration,
+        )
+        return replace(rest, time_ns=max(rest.time_ns, now_ns + round(duration * NS_PER_S)))
 
     def follows(self, nod: Nod, sample: Measured) -> bool:
         """Return whether a joint is on the nod, up to LOCKED late or early."""

@@ -1,6 +1,7 @@
 """The lifecycle node of a joint that ros2_control moves: nod commands in, trajectories out."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 import math
 import sys
@@ -24,10 +25,11 @@ from nodlidar_servo.joint_trajectory.joint_sample import (
 )
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.joint_trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
-from nodlidar_servo.joint_trajectory.waypoints import held, is_within, Planner
+from nodlidar_servo.joint_trajectory.waypoints import is_within, Planner
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.ros.trajectory_message import trajectory_message
+from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
@@ -37,6 +39,7 @@ _PATIENCE = 5.0  # s for the controllers to start, often after this node; then t
 # So long between two cycles, this process did not run: it was stopped, or the host was busy [s].
 _STOOD_STILL = 0.3
 _CATCHING_UP = 0.5  # s; then what came meanwhile has been taken
+_LONGEST_WAY = 0.5  # s, of a message to a controller, as waypoints.HELD is
 
 
 def add_state(
@@ -152,10 +155,12 @@ class TrajectoryNode(NodNode):
         # reversal.
         sample, limits = self._samples.latest, self.config.pitch_limits
         if self._is_moving and self._is_recent(sample) and is_within(sample, limits):
-            rest = self._planner.rest(sample, self.now_ns())
-            self._trajectory.publish(trajectory_message(self.config.joint_name, held(rest)))
+            held = self._planner.hold(sample, self.now_ns())
+            self._trajectory.publish(trajectory_message(self.config.joint_name, held))
+            # What is on its way when a node ends may be lost. Not every middleware can wait.
+            with suppress(RuntimeError):
+                self._trajectory.wait_for_all_acked(Duration(seconds=_LONGEST_WAY))
         self._is_moving = False
-        self._planner = Planner(self.config.dynamics, self.config.pitch_limits)
 
     def _may_come(self) -> bool:
         """Return whether the controller or joint states are missing, and nothing else is wrong."""
@@ -192,15 +197,18 @@ class TrajectoryNode(NodNode):
     def _new_samples(self) -> list[JointSample]:
         """Return the measurements since the last call; the last one is kept."""
         before_ns, self._taken_ns = self._taken_ns, self.now_ns()
-        samples = []
-        for message in self._joint_states.take():
+        samples, came_ns = [], 0
+        for message, arrived_ns in self._joint_states.take_with_arrival():
             sample = add_state(message, self.config.joint_name, self._samples, self._is_of_now)
             if sample is not None:
                 samples.append(sample)
+                came_ns = arrived_ns
                 self._arrived_ns, self._heard = steady_ns(), True
         if samples:
-            age, since = self._taken_ns - samples[-1].stamp_ns, self._taken_ns - before_ns
-            self._stamp_error.add(age / NS_PER_S, since / NS_PER_S)
+            age_ns, since_ns = self._taken_ns - samples[-1].stamp_ns, self._taken_ns - before_ns
+            if came_ns and not self.get_clock().ros_time_is_active:
+                since_ns = min(since_ns, max(time.time_ns() - came_ns, 0))
+            self._stamp_error.add(age_ns / NS_PER_S, since_ns / NS_PER_S)
         return samples
 
     def _is_of_now(self, stamp_ns: int) -> bool:
