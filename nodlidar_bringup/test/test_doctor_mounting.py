@@ -1,5 +1,7 @@
 """A cloud shows a wrong sign of the joint, a lidar below the axis and a sensor upside down."""
 
+import math
+import re
 from types import SimpleNamespace
 
 from geometry_msgs.msg import Quaternion, Transform
@@ -17,6 +19,7 @@ from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2
 
 HEIGHT = 1.0  # of the nod axis in all scenes
@@ -72,6 +75,25 @@ def test_a_wrong_sign_of_the_joint_is_found(beams):
     assert checks(found(beams, sign=-1.0)) == expected
 
 
+def test_a_wrong_sign_is_found_also_of_a_joint_that_mostly_dwells_at_its_limits(beams):
+    """A line of the floor, or of a wall, is no floor: with some zero it is at its height."""
+    scene, range_, azimuth, pitch = beams
+    if scene == 'corner':  # no floor in view
+        return
+    times = np.where(np.abs(pitch) > 0.58, 8, 1)
+    dwelt = [np.repeat(each, times) for each in (range_, azimuth, pitch)]
+    assert checks(found((scene, *dwelt))) == set()
+    assert checks(found((scene, *dwelt), sign=-1.0)) == {'joint sign'}
+
+
+@pytest.mark.parametrize('dwell', [1, 8])
+def test_a_small_nod_that_sees_no_floor_is_no_fault(beams, dwell):
+    scene, range_, azimuth, pitch = beams
+    times = np.where(np.abs(pitch) > 0.25, dwell, 1) * (np.abs(pitch) < 0.3)
+    dwelt = [np.repeat(each, times) for each in (range_, azimuth, pitch)]
+    assert checks(found((scene, *dwelt))) == set()
+
+
 def test_a_lidar_below_the_axis_is_found(beams):
     expected = {'walls lean'} if beams[0] == 'corner' else {'lidar upside down'}
     assert checks(found(beams, up=-1.0)) == expected
@@ -80,6 +102,44 @@ def test_a_lidar_below_the_axis_is_found(beams):
 def test_a_sensor_upside_down_is_found(beams):
     expected = set() if beams[0] == 'corner' else {'sensor upside down'}
     assert checks(found(beams, sign=-1.0, up=-1.0)) == expected
+
+
+@pytest.mark.parametrize('zero', [-0.35, -0.26, -0.15, -0.1, 0.08, 0.15, 0.26, 0.35])
+def test_a_zero_that_is_off_is_named_with_its_size(beams, zero):
+    """Small ones move the floor as a lidar below the axis does, so that both are named."""
+    scene, range_, azimuth, pitch = beams
+    if scene == 'corner':  # no floor in view
+        return
+    mounting = Mounting(LEVER, HEIGHT)
+    [mount, _] = check_mounting(
+        seen_in(points_of(range_, azimuth, pitch + zero, LEVER), mounting), mounting
+    )
+    assert mount.check == ('lidar upside down' if zero == 0.08 else 'pitch off')
+    named = re.findall(r'([+-]\d\.\d+) rad', mount.text + mount.remedy)
+    assert [float(each) for each in named] == pytest.approx([zero, zero], abs=0.025)
+
+
+@pytest.mark.parametrize('beams', ['room'], indirect=True)
+def test_walls_tell_the_sign_where_the_floor_hardly_does(beams):
+    """A nod of 0.5 rad sees little of the floor."""
+    scene, range_, azimuth, pitch = beams
+    low = np.abs(pitch) < 0.5
+    less = scene, range_[low], azimuth[low], pitch[low]
+    assert checks(found(less)) == set()
+    assert checks(found(less, sign=-1.0)) == {'joint sign'}
+
+
+@pytest.mark.parametrize('tilt', [-0.3, -0.1, 0.05, 0.2])
+def test_a_mount_that_is_known_to_be_tilted_is_level(beams, tilt):
+    """It turns the beams down, so that those at this pitch are level."""
+    _, range_, azimuth, pitch = beams
+    known = Mounting(LEVER, HEIGHT, level=tilt)
+    cloud = points_of(range_, azimuth, pitch + tilt, LEVER)
+    assert checks(check_mounting(seen_in(cloud, known), known)) == set()
+    taken = Mounting((0.0, 0.0, -0.08), HEIGHT, level=tilt)
+    cloud = points_of(range_, azimuth, -(pitch + tilt), taken.lever)
+    found_checks = checks(check_mounting(seen_in(cloud, taken), taken))
+    assert found_checks == {'sensor upside down'} or beams[0] == 'corner'  # no floor in view
 
 
 def test_the_nearest_thing_is_on_its_side():
@@ -116,10 +176,10 @@ def test_points_turn_back_into_their_beams(range_, azimuth, pitch, lever):
     np.testing.assert_allclose(np.concatenate(back), [range_, azimuth, pitch], atol=1e-6)
 
 
-def watch_with(points, positions):
+def watch_with(points, positions, mount=None):
     upright = Transform(rotation=Quaternion(w=1.0))
     return SimpleNamespace(
-        transforms={'nodlidar_base_link': upright, 'laser': upright},
+        transforms={'nodlidar_base_link': mount or upright, 'laser': upright},
         points=points,
         content=lambda joint: Content(joint_name=joint, positions=positions),
     )
@@ -142,3 +202,35 @@ def test_the_plane_of_a_joint_that_stands_still_does_not_show_the_mount():
     still = [0.6190, 0.6191]
     assert _of_mount(watch_with(lambda frame: points, still), Frames(), '') == []
     assert _of_mount(watch_with(lambda frame: points, NODDING), Frames(), '') != []
+
+
+@pytest.mark.parametrize('roll', [0.0, math.pi])
+@pytest.mark.parametrize('pitch', [-0.4, 0.0, 0.15, 0.4])
+@pytest.mark.parametrize('error', [0.0, 0.2])
+def test_the_tilt_of_the_mount_is_that_of_tf(roll, pitch, error):
+    """Floor and wall, as a sensor sees them that is mounted so, or tilted more than it is told."""
+    x, y = (
+        each.ravel() for each in np.meshgrid(np.linspace(0.8, 3.0, 60), np.linspace(-1, 1, 60))
+    )
+    floor = np.stack([x, y, np.full_like(x, -1.0)], 1)
+    wall = np.stack([np.full_like(x, 3.0), y, x - 1.8], 1)
+    mounted = Rotation.from_euler('xyz', [roll, pitch + error, 0.0])
+    points = mounted.inv().apply(np.concatenate([floor, wall]))
+    told = Rotation.from_euler('xyz', [roll, pitch, 0.0]).as_quat()
+    mount = Transform(rotation=Quaternion(**dict(zip('xyzw', told, strict=True))))
+    mount.translation.z = 1.0
+    watch = watch_with(lambda frame: points, NODDING, mount)
+    watch.transforms['laser'] = Transform(rotation=Quaternion(w=1.0))
+    watch.transforms['laser'].translation.z = 0.08
+    checked = {each.check: each.level for each in _of_mount(watch, Frames(), '')}
+    assert ('mount' in checked) == (error == 0.0)
+    if not error:
+        assert checked['mount'] == Level.GOOD
+
+
+def test_a_mount_that_is_rolled_is_not_checked():
+    rolled = Rotation.from_euler('xyz', [0.1, 0.0, 0.0]).as_quat()
+    mount = Transform(rotation=Quaternion(**dict(zip('xyzw', rolled, strict=True))))
+    assert (
+        _of_mount(watch_with(lambda frame: np.zeros((0, 3)), NODDING, mount), Frames(), '') == []
+    )

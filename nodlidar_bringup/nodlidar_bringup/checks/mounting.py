@@ -4,13 +4,13 @@ import math
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown
 from nodlidar_bringup.checks.graph import LAUNCH
-from nodlidar_bringup.checks.orientation import ALL, AS_KNOWN, Mounting, Reversed, Seen
+from nodlidar_bringup.checks.orientation import AS_KNOWN, Mounting, Reversed, Seen
 
 LEAST_FLOOR = 0.06
 """Share of the points that a floor in view has at least."""
 
 CLEARER = 1.5
-"""The floor decides if one mount shows so many times as much of it as any other."""
+"""A sign of the joint is right if it shows so many times as much of floor and walls."""
 
 SHARPER = 1.15
 """Walls decide if one lever arm gives so many times as many pairs as the other."""
@@ -18,7 +18,16 @@ SHARPER = 1.15
 LEAST_LEVER = 0.02
 """Lever arms below do not show in the noise of a lidar [m]."""
 
-_JOINT = 'set invert in servo_params to the other value: positions have to rise with the beam'
+LEAST_ZERO = 0.055
+"""A zero of the joint [rad] is off if it is farther from level: noise and height move it less."""
+
+LEAST_PAIRS = 0.65
+"""A level floor comes with walls that are upright: not with fewer pairs than so many times."""
+
+_JOINT = (
+    'set invert in servo_params to the other value, or the sign in the hardware interface of '
+    'ros2_control: positions have to rise with the beam'
+)
 _CHECK = 'mount_xyz is the nod axis in base_link, which is on the floor'
 
 
@@ -41,14 +50,43 @@ def check_mounting(seen: Seen | None, mounting: Mounting) -> list[Finding]:
 
 
 def _of_floor(seen: Seen, mounting: Mounting) -> Finding | None:
-    """Return what the floor says, if it is seen and one mount shows it best."""
-    best, second = sorted(ALL, key=lambda each: -seen.floor[each])[:2]
-    share = seen.floor[best]
-    if share < LEAST_FLOOR or share < CLEARER * seen.floor[second]:
+    """Return what the floor says, if it is seen and one sign of the joint shows it best."""
+    by_sign = [_of_sign(seen, joint) for joint in (False, True)]
+    best, second = sorted(by_sign, key=lambda each: -_evidence(seen, each))
+    if seen.leveled[best] < LEAST_FLOOR:
         return None
-    if best == AS_KNOWN:
+    if _evidence(seen, best) < CLEARER * _evidence(seen, second):
+        return None
+    likeliest = min(
+        (Reversed(best.joint, lever) for lever in (False, True)),
+        key=lambda each: abs(seen.zeros[each]),
+    )
+    zero = seen.zeros[AS_KNOWN]
+    if seen.leveling[best] < LEAST_PAIRS:  # some other surface
+        return None
+    if best.joint:
+        return _wrong(likeliest, mounting)
+    share = seen.floor[AS_KNOWN]
+    if abs(zero) <= LEAST_ZERO and share * CLEARER > seen.floor[likeliest]:
         return good('mount', f'the floor is where it should be, with {share:.0%} of the points')
-    return _wrong(best, mounting)
+    if abs(seen.zeros[likeliest]) <= LEAST_ZERO:
+        return _wrong(likeliest, mounting, zero)
+    return _off(zero)
+
+
+def _of_sign(seen: Seen, joint: bool) -> Reversed:
+    """Return which of the two mounts with a sign of the joint has most evidence."""
+    return max(
+        (Reversed(joint, lever) for lever in (False, True)), key=lambda e: _evidence(seen, e)
+    )
+
+
+def _evidence(seen: Seen, mount: Reversed) -> float:
+    """Return how much of a level floor and of upright walls a mount shows.
+
+    Either alone may be much alike for both signs: a joint that dwells sees a line of the floor.
+    """
+    return seen.leveled[mount] * seen.leveling[mount]
 
 
 def _of_walls(seen: Seen, mounting: Mounting) -> Finding:
@@ -58,13 +96,25 @@ def _of_walls(seen: Seen, mounting: Mounting) -> Finding:
         text = 'the cloud does not show how the lidar is mounted: no floor, few upright walls'
         return unknown('mount', text, f'turn it to a room with a floor in view; {_CHECK}')
     text = (
-        "walls lean: the joint's sign is wrong, or the lidar hangs below the axis and is taken "
-        'for one above'
+        "walls lean: the joint's sign is wrong, its zero is off, or the lidar hangs below the "
+        'axis and is taken for one above'
     )
     return fault('walls lean', text, f'turn the beam up by hand, torque off; {_JOINT}')
 
 
-def _wrong(best: Reversed, mounting: Mounting) -> Finding:
+def _off(zero: float) -> Finding:
+    text = f'the pitch is {zero:+.2f} rad off: the floor is tilted by as much'
+    return fault('pitch off', text, _zero_remedy(zero))
+
+
+def _zero_remedy(zero: float) -> str:
+    return (
+        f'turn the horn so that the beams are level at 0, or add {zero:+.2f} rad to joint_zero in '
+        'assembler_params; if it is the mount that is tilted, to the pitch in mount_rpy'
+    )
+
+
+def _wrong(best: Reversed, mounting: Mounting, zero: float = 0.0) -> Finding:
     x, y, z = mounting.lever
     if best == Reversed(joint=True):
         text = "the joint's sign is wrong: with it reversed, the floor is where it should be"
@@ -75,6 +125,9 @@ def _wrong(best: Reversed, mounting: Mounting) -> Finding:
             f'the lidar is upside down: its optical centre is {sides[0]} the axis, not {sides[1]}'
         )
         remedy = f'{LAUNCH} laser_xyz:="{x:g} {y:g} {-z:g}" laser_rpy:="3.14159 0 0"'
+        if zero:  # both show the floor alike
+            text += f'; or the pitch is {zero:+.2f} rad off'
+            remedy += f'; or {_zero_remedy(zero)}'
         return fault('lidar upside down', text, remedy)
     text = 'the whole sensor is upside down in the robot model, or on the robot'
     turned = '0 0 0' if mounting.upside_down else '3.14159 0 0'

@@ -46,6 +46,7 @@ DISCOVERY = 3.2  # s, until the running nodes are found: Fast DDS announces itse
 OTHERS = 1.0  # s, from the first node until all are found
 CLOUD_FRAME = 'nodlidar_base_link'  # their frame, without its prefix
 JOINT = 'nod_joint'  # without its prefix
+MOST_TILTED = 0.5  # rad, of a mount whose cloud still shows floor and walls
 _PORTS = {
     LIDAR: ('/dev/nodlidar_lidar', '/dev/ttyACM0'),
     SERVO: ('/dev/nodlidar_servo', '/dev/ttyUSB0'),
@@ -234,7 +235,7 @@ def _position(transform: Any) -> tuple[float, float, float]:
 
 
 def _of_mount(watch: SystemWatch, frames: Frames, prefix: str) -> list[Finding]:
-    """Return what the cloud says of the mount; nothing if TF lacks it or turns the lidar.
+    """Return what the cloud says of the mount; nothing if TF lacks it, or turns lidar or roll.
 
     Nor if the joint stands still: in a single plane, upright walls are not told from leaning ones.
     """
@@ -244,11 +245,17 @@ def _of_mount(watch: SystemWatch, frames: Frames, prefix: str) -> list[Finding]:
     mount, lidar = watch.transforms.get(base), watch.transforms.get(laser)
     if mount is None or lidar is None or abs(lidar.rotation.w) < math.cos(0.05):
         return []
-    turned = mount.rotation
-    upright = 1.0 - 2.0 * (turned.x**2 + turned.y**2)  # z of the frame's z axis
-    if abs(upright) < math.cos(0.2):
+    q = mount.rotation
+    # the upward direction, as the sensor has it
+    x, y, z = (
+        2.0 * (q.x * q.z - q.w * q.y),
+        2.0 * (q.y * q.z + q.w * q.x),
+        1.0 - 2.0 * (q.x**2 + q.y**2),
+    )
+    level = math.atan2(-x, abs(z)) * math.copysign(1.0, z)
+    if abs(y) > math.sin(0.05) or abs(level) > MOST_TILTED:
         return []
-    mounting = Mounting(_position(lidar), _position(mount)[2], upside_down=upright < 0.0)
+    mounting = Mounting(_position(lidar), _position(mount)[2], z < 0.0, level)
     try:
         points = watch.points(base)
     except ValueError as error:
