@@ -56,3 +56,11 @@ def test_stamps_that_are_wrong_are_warned_of(error, words):
     assert ('unless' in told) is (error > 0.0)  # none arrives before it is measured
     diagnosis.state = NodJointState()
     assert not any('stamped' in each for each in diagnosis.next_report(2 * S).warnings)
+
+
+def test_an_offset_from_the_nod_is_warned_of():
+    diagnosis = TrajectoryDiagnosis(NodCommands(TrajectoryConfig()))
+    diagnosis.state = NodJointState(offset=-0.15)
+    assert any('-0.15 rad off the nod' in each for each in diagnosis.next_report(S).warnings)
+    diagnosis.state = NodJointState()
+    assert not any('off the nod' in each for each in diagnosis.next_report(2 * S).warnings)

@@ -63,6 +63,7 @@ class Robot:
         self.nod, self.message, self.statuses, self.pitches = None, '', [], []
         self.published_ns = []  # when the joint was at each of the pitches
         self.start_ns = 0  # of the nod
+        self.offset = 0.0  # rad, of joint states
         self.reports = []  # messages of the diagnostics
         self.controller = TrajectoryController()
         self.controller.update(time.time_ns(), 0.1, 0.0)
@@ -103,7 +104,9 @@ class Robot:
         self.controller.update(now_ns, pitch, velocity)
         self.pitches.append(pitch)
         self.published_ns.append(now_ns)
-        other = JointState(name=['wheel', 'nod_joint'], position=[1.0, pitch], velocity=[])
+        other = JointState(
+            name=['wheel', 'nod_joint'], position=[1.0, pitch + self.offset], velocity=[]
+        )
         other.header.stamp = time_message(now_ns - self.states_late_ns)
         if self.unstamped:
             other.header.stamp = time_message(0)
@@ -395,6 +398,16 @@ def test_joint_states_that_come_again_with_early_stamps_make_no_joint_jump(robot
         robot.until(lambda: nod.sweep_at(time.time_ns()) % 1.0 > 0.9, 'does not end')
     times, pitches = np.array(robot.published_ns) / 1e9, np.array(robot.pitches)
     assert np.abs(np.diff(pitches) / np.maximum(np.diff(times), 5e-3)).max() < 1.35 * 2.0 * 0.35
+
+
+def test_joint_states_with_another_zero_are_named_though_the_joint_follows(robot):
+    robot.nod = Nod(-0.3, 0.4, 0.4, 4001, time.time_ns())
+    robot.start_controller()
+    robot.offset = 0.1
+    with running('autostart:=true'):
+        robot.until(lambda: '+0.10 rad off the nod' in robot.message, 'not diagnosed')
+        robot.offset = 0.0
+        robot.until(lambda: robot.message == 'connected', 'stays, though it is right again')
 
 
 def test_joint_states_without_a_stamp_are_named_and_nothing_moves(robot):

@@ -25,6 +25,7 @@ class NodJointState:
     refused: int = 0  # for their stamps, so far
     impossible: int = 0  # for their positions, so far
     stamp_error: float = 0.0  # s, by which stamps are too early, at least
+    offset: float = 0.0  # rad, by which it is measured above the nod
     pitch: float = math.nan  # rad
     is_outside: bool = False  # of the limits of the mount
     progress: NodProgress | None = None
@@ -99,6 +100,11 @@ class TrajectoryDiagnosis:
                 f'joint states are stamped at least {abs(state.stamp_error):.2f} s {way} they '
                 f'arrive, and clouds are wrong by as much{unless}: synchronise the clocks, or '
                 'correct their publisher'
+            )
+        if state.offset:
+            warnings.append(
+                f'the joint is measured {state.offset:+.2f} rad off the nod, up and down alike: '
+                'the zero of joint states or of the actuator is wrong; doctor says if clouds are'
             )
         if state.is_outside:
             warnings.append(f'the joint is at {state.pitch:.2f} rad, outside of the mount')

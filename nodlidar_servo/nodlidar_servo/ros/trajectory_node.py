@@ -23,6 +23,7 @@ from nodlidar_servo.joint_trajectory.joint_sample import (
     JointStamps,
     StampError,
 )
+from nodlidar_servo.joint_trajectory.nod_offset import NodOffset
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.joint_trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
 from nodlidar_servo.joint_trajectory.waypoints import is_within, Planner
@@ -94,7 +95,7 @@ class TrajectoryNode(NodNode):
         self._stamps = JointStamps(self.config.joint_timeout)
         self._stamp_error, self._taken_ns = StampError(), 0
         self._is_moving = False
-        self._off_nod = OffNod()
+        self._off_nod, self._offset = OffNod(), NodOffset()
         self.diagnosis: TrajectoryDiagnosis = TrajectoryDiagnosis(self.commands)
 
     def connect(self) -> None:
@@ -123,10 +124,13 @@ class TrajectoryNode(NodNode):
         if tracker is None:
             self._stop()
             self._off_nod = OffNod()
+            self._offset.restart()
             self._show(len(samples), None, None)
             return
         for sample in samples:
             tracker.measure_phase(sample)
+            cruise = cruising_speed(tracker.nod, self.config.acceleration)
+            self._offset.add(tracker.nod, sample, cruise)
         self._send(tracker, latest)
         self._show(len(samples), self._progress(tracker), self._follow_by(tracker, latest))
 
@@ -235,6 +239,7 @@ class TrajectoryNode(NodNode):
             refused=self._stamps.refused,
             impossible=self._samples.refused,
             stamp_error=self._stamp_error.seconds,
+            offset=self._offset.radians,
             pitch=math.nan if latest is None else latest.pitch,
             is_outside=latest is not None and not is_within(latest, limits),
             progress=progress,
