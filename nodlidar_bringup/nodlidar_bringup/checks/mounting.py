@@ -51,22 +51,17 @@ def check_mounting(seen: Seen | None, mounting: Mounting) -> list[Finding]:
 
 def _of_floor(seen: Seen, mounting: Mounting) -> Finding | None:
     """Return what the floor says, if it is seen and one sign of the joint shows it best."""
-    by_sign = [_of_sign(seen, joint) for joint in (False, True)]
+    by_sign = [
+        max(_with_sign(joint), key=lambda each: _evidence(seen, each)) for joint in (False, True)
+    ]
     best, second = sorted(by_sign, key=lambda each: -_evidence(seen, each))
-    if seen.leveled[best] < LEAST_FLOOR:
+    is_floor = seen.leveled[best] >= LEAST_FLOOR and seen.leveling[best] >= LEAST_PAIRS
+    if not is_floor or _evidence(seen, best) < CLEARER * _evidence(seen, second):
         return None
-    if _evidence(seen, best) < CLEARER * _evidence(seen, second):
-        return None
-    likeliest = min(
-        (Reversed(best.joint, lever) for lever in (False, True)),
-        key=lambda each: abs(seen.zeros[each]),
-    )
-    zero = seen.zeros[AS_KNOWN]
-    if seen.leveling[best] < LEAST_PAIRS:  # some other surface
-        return None
+    likeliest = min(_with_sign(best.joint), key=lambda each: abs(seen.zeros[each]))
     if best.joint:
         return _wrong(likeliest, mounting)
-    share = seen.floor[AS_KNOWN]
+    zero, share = seen.zeros[AS_KNOWN], seen.floor[AS_KNOWN]
     if abs(zero) <= LEAST_ZERO and share * CLEARER > seen.floor[likeliest]:
         return good('mount', f'the floor is where it should be, with {share:.0%} of the points')
     if abs(seen.zeros[likeliest]) <= LEAST_ZERO:
@@ -74,11 +69,9 @@ def _of_floor(seen: Seen, mounting: Mounting) -> Finding | None:
     return _off(zero)
 
 
-def _of_sign(seen: Seen, joint: bool) -> Reversed:
-    """Return which of the two mounts with a sign of the joint has most evidence."""
-    return max(
-        (Reversed(joint, lever) for lever in (False, True)), key=lambda e: _evidence(seen, e)
-    )
+def _with_sign(joint: bool) -> list[Reversed]:
+    """Return the two mounts with a sign of the joint."""
+    return [Reversed(joint, lever) for lever in (False, True)]
 
 
 def _evidence(seen: Seen, mount: Reversed) -> float:
