@@ -44,6 +44,11 @@ class Pitched(Protocol):
     def pitch(self) -> float: ...  # noqa: D102
 
 
+def longest_lateness(nod: Nod) -> float:
+    """Return how late or early a servo on the nod may be [s]; see LOCKED."""
+    return min(LOCKED, MIDDLE * nod.sweep_duration)
+
+
 def lateness(nod: Nod, sample: Pitched, cruise: float) -> float | None:
     """Return how late the servo is [s]; None outside of the middle of the leg.
 
@@ -131,7 +136,7 @@ class PhaseLead:
             return
         elapsed = (sample.stamp_ns - self._measured_ns) / NS_PER_S
         self._measured_ns = sample.stamp_ns
-        if abs(late) > min(LOCKED, MIDDLE * nod.sweep_duration):
+        if abs(late) > longest_lateness(nod):
             self.error, self._in_phase = math.nan, 0
             self.drift.clear()
             return

@@ -3,7 +3,7 @@
 import math
 
 from nodlidar_common.nod import Nod
-from nodlidar_common.phase import lateness, LOCKED, MIDDLE, Pitched
+from nodlidar_common.phase import lateness, longest_lateness, Pitched
 
 LEAST = 0.05
 """An offset below [rad] may be that of a servo under load."""
@@ -36,7 +36,7 @@ class NodOffset:
         late = lateness(nod, sample, cruise)
         if late is None:
             return
-        if abs(late) > min(LOCKED, MIDDLE * nod.sweep_duration):
+        if abs(late) > longest_lateness(nod):
             self.restart()
             return
         down = math.floor(nod.sweep_at(sample.stamp_ns)) % 2

@@ -13,7 +13,7 @@ import math
 
 from nodlidar_common.dynamics import cruising_speed, Dynamics
 from nodlidar_common.nod import Nod, NS_PER_S
-from nodlidar_common.phase import FASTEST_LEAD, LOCKED, MIDDLE
+from nodlidar_common.phase import FASTEST_LEAD, longest_lateness
 from nodlidar_common.tracking import CATCH_UP, Measured
 from nodlidar_servo.joint_trajectory.joint_sample import JointSample
 from scipy.interpolate import CubicHermiteSpline
@@ -28,7 +28,7 @@ _RETURN = 1.0  # rad/s, the highest speed of a joint that comes back from outsid
 _NEW = 0.02  # s, the age of a measurement up to which the joint went on as measured
 _STEADY = 0.02  # rad, the least distance from the plan of a joint that does not follow it
 _SMOOTH = 0.25  # of the speed of the nod, by which tuning changes the velocity, at reversals
-_LED = 0.1 * FASTEST_LEAD  # s, by which the lead changes from plan to plan
+_LED = 0.1 * FASTEST_LEAD  # s, by which the lead changes between plans, at 10 of them per second
 _RETIMED = 0.05  # of a sweep, by which tuning moves the reversal that an approach leads to
 _SAME_NS = 2_000_000  # between reversals of two nods that are one, tuned at different times
 _ROUNDING_NS = 1000  # the instants of reversals are rounded, far from the reference time to 128 ns
@@ -88,21 +88,10 @@ def stop(
         them it comes back slowly.
     """
     braking = abs(sample.velocity) / acceleration
-    coasted = sample.velocity * (now_ns - sample.stamp_ns) / NS_PER_S
-    pitch = _within(sample.pitch + coasted + sample.velocity * braking / 2.0, limits)
+    pitch = _within(_coasted(sample, now_ns) + sample.velocity * braking / 2.0, limits)
     outside = abs(sample.pitch - _within(sample.pitch, limits))
     duration = max(braking, _cubic_duration(outside, _RETURN, acceleration))
     return Waypoint(now_ns + max(round(duration * NS_PER_S), 1), pitch, 0.0)
-
-
-def is_new(sample: Measured, now_ns: int) -> bool:
-    """Return whether a measurement tells where the joint is at a time [ns].
-
-    An older one, or one that is ahead by more, does so only of a joint that hardly moves: at 6
-    rad/s, a stamp that is wrong by 0.3 s is 1.8 rad.
-    """
-    age = abs(now_ns - sample.stamp_ns) / NS_PER_S
-    return age <= _NEW or age * abs(sample.velocity) <= _STEADY
 
 
 def is_within(sample: Measured, limits: tuple[float, float]) -> bool:
@@ -178,12 +167,12 @@ class Planner:
         Where it is at present [ns] tells the latest measurement, or the plan if that is not new.
         If it is where the other one has it, it is not hurried from there.
         """
-        age, acceleration = (now_ns - sample.stamp_ns) / NS_PER_S, self._dynamics.acceleration
+        acceleration = self._dynamics.acceleration
         other = JointSample(now_ns, sample.pitch, sample.velocity)
-        believed = replace(other, pitch=sample.pitch + sample.velocity * age)
+        believed = replace(other, pitch=_coasted(sample, now_ns))
         if self._plan and self._plan[0].time_ns <= now_ns:
             planned = JointSample(now_ns, *_at(self._plan, min(now_ns, self._plan[-1].time_ns)))
-            believed, other = (believed, planned) if is_new(sample, now_ns) else (planned, other)
+            believed, other = (believed, planned) if _is_new(sample, now_ns) else (planned, other)
         rest = stop(believed, now_ns, acceleration, self._limits)
         duration = max(
             _cubic_duration(
@@ -196,8 +185,8 @@ class Planner:
     def follows(self, nod: Nod, sample: Measured) -> bool:
         """Return whether a joint is on the nod, up to LOCKED late or early."""
         pitch, _ = self._state(nod, sample.stamp_ns)
-        late = min(LOCKED, MIDDLE * nod.sweep_duration)
-        allowed = late * cruising_speed(nod, self._dynamics.acceleration) + _STEADY
+        cruise = cruising_speed(nod, self._dynamics.acceleration)
+        allowed = longest_lateness(nod) * cruise + _STEADY
         return abs(pitch - sample.pitch) <= allowed
 
     def _state(self, nod: Nod, time_ns: int) -> tuple[float, float]:
@@ -206,13 +195,9 @@ class Planner:
             leg(nod, math.floor(nod.sweep_at(time_ns)), self._dynamics.acceleration), time_ns
         )
 
-    def _covers(self, time_ns: int) -> bool:
-        """Return whether there is a plan for a time [ns]."""
-        return bool(self._plan) and self._plan[0].time_ns <= time_ns <= self._plan[-1].time_ns
-
     def _continues(self, nod: Nod, now_ns: int) -> bool:
         """Return whether a nod continues the plan, but for what tuning changes."""
-        if not self._covers(now_ns):
+        if not self._plan or not self._plan[0].time_ns <= now_ns <= self._plan[-1].time_ns:
             return False
         (pitch, velocity), (was, went) = self._state(nod, now_ns), _at(self._plan, now_ns)
         faster = _SMOOTH * nod.speed + _LED * self._dynamics.acceleration
@@ -262,6 +247,21 @@ class Planner:
         # The nod after may begin before the last braking, if that is short.
         later = [one for one, two in pairwise(all_points) if one.time_ns < two.time_ns]
         return [*later, all_points[-1]]
+
+
+def _is_new(sample: Measured, now_ns: int) -> bool:
+    """Return whether a measurement tells where the joint is at a time [ns].
+
+    An older one, or one that is ahead by more, does so only of a joint that hardly moves: at 6
+    rad/s, a stamp that is wrong by 0.3 s is 1.8 rad.
+    """
+    age = abs(now_ns - sample.stamp_ns) / NS_PER_S
+    return age <= _NEW or age * abs(sample.velocity) <= _STEADY
+
+
+def _coasted(sample: Measured, now_ns: int) -> float:
+    """Return the pitch [rad] at a time [ns] of a joint that goes on as measured."""
+    return sample.pitch + sample.velocity * (now_ns - sample.stamp_ns) / NS_PER_S
 
 
 def _within(pitch: float, limits: tuple[float, float]) -> float:

@@ -26,7 +26,7 @@ from nodlidar_servo.joint_trajectory.joint_sample import (
 from nodlidar_servo.joint_trajectory.nod_offset import NodOffset
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
 from nodlidar_servo.joint_trajectory.trajectory_diagnosis import OffNod, TrajectoryDiagnosis
-from nodlidar_servo.joint_trajectory.waypoints import is_within, Planner
+from nodlidar_servo.joint_trajectory.waypoints import HELD, is_within, Planner
 from nodlidar_servo.nod.nod_commands import NodCommands
 from nodlidar_servo.ros.nod_node import NodNode
 from nodlidar_servo.ros.trajectory_message import trajectory_message
@@ -40,7 +40,6 @@ _PATIENCE = 5.0  # s for the controllers to start, often after this node; then t
 # So long between two cycles, this process did not run: it was stopped, or the host was busy [s].
 _STOOD_STILL = 0.3
 _CATCHING_UP = 0.5  # s; then what came meanwhile has been taken
-_LONGEST_WAY = 0.5  # s, of a message to a controller, as waypoints.HELD is
 
 
 def add_state(
@@ -127,9 +126,9 @@ class TrajectoryNode(NodNode):
             self._offset.restart()
             self._show(len(samples), None, None)
             return
+        cruise = cruising_speed(tracker.nod, self.config.acceleration)
         for sample in samples:
             tracker.measure_phase(sample)
-            cruise = cruising_speed(tracker.nod, self.config.acceleration)
             self._offset.add(tracker.nod, sample, cruise)
         self._send(tracker, latest)
         self._show(len(samples), self._progress(tracker), self._follow_by(tracker, latest))
@@ -163,7 +162,7 @@ class TrajectoryNode(NodNode):
             self._trajectory.publish(trajectory_message(self.config.joint_name, held))
             # What is on its way when a node ends may be lost. Not every middleware can wait.
             with suppress(RuntimeError):
-                self._trajectory.wait_for_all_acked(Duration(seconds=_LONGEST_WAY))
+                self._trajectory.wait_for_all_acked(Duration(seconds=HELD))
         self._is_moving = False
 
     def _may_come(self) -> bool:
