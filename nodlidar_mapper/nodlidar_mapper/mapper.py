@@ -85,6 +85,8 @@ class Mapper:
         # None once they were mapped again, or if there is nothing to begin.
         self._first: list[tuple[Cloud, Estimate]] | None = None if keyframes else []
         self._again: dict[Estimate, Estimate] = {}  # of the first clouds
+        # What the first clouds show of odometry is no slip: it is learned.
+        self._may_slip = bool(keyframes)
         self._was_placed = False  # by a person, and no cloud was matched since
 
     def add(self, cloud: Cloud) -> Estimate:
@@ -104,7 +106,7 @@ class Mapper:
         covariance
             Of the pose's change, shape (6, 6).
         """
-        self._first = None
+        self._first, self._may_slip = None, True
         self._map_from_odometry = pose @ inverse(odometry)
         self._track.move_to(pose, stamp_ns, odometry)
         self._track.covariance = covariance
@@ -200,7 +202,9 @@ class Mapper:
             self.map.forget_surfaces()
         for cloud, before in first:
             self._again[before] = self._processed(cloud)
-        return self._processed(newest)
+        estimate = self._processed(newest)
+        self._may_slip = True
+        return estimate
 
     def _begin_anew(self) -> None:
         """Begin the map with the newest cloud: the first ones, badly deskewed, do not fit."""
@@ -233,8 +237,7 @@ class Mapper:
         found = match(seen, self.map.surface_around, guess, prior, self._config)
         usual = self._usual_fit
         self._usual_fit += NEWEST * (found.informative_share - usual)
-        # What the first clouds show of odometry is no slip: it is learned.
-        if self._first is not None or self._track.jump:
+        if not self._may_slip or self._track.jump:
             return found, seen
         matches = [(found, seen)]
         if found.share < FITS:
