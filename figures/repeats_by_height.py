@@ -4,7 +4,8 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.nod_motion import triangle_motion
 import numpy as np
 from numpy.typing import NDArray

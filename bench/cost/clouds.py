@@ -9,7 +9,7 @@ from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.geometry import Beams
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.point_layout import POINT
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_log
 import numpy as np
 from numpy.typing import NDArray

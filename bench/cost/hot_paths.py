@@ -11,8 +11,8 @@ from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
 from nodlidar_assembler.ros.cloud_message import cloud_message
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.scip import decode, encode
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_log, simulated_odometry
 from nodlidar_planner.choice.choice import quick_choice
 from nodlidar_planner.pattern.band import samples_in_band

@@ -6,8 +6,8 @@ import time
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_bringup.ros.launched import keep_apart
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 import rclpy
 from rclpy.logging import LoggingSeverity

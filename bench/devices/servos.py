@@ -14,7 +14,8 @@ from itertools import pairwise
 import time
 from typing import Any
 
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_sim.devices.servo_models import EMULATED
 from nodlidar_sim.nodding import nodding_servo, SETTLING

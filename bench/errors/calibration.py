@@ -18,8 +18,9 @@ from nodlidar_assembler.calibration.calibration import (
 )
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig
 from nodlidar_assembler.commands.calibrate import ROWS
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.device_section import load_lidar, load_servo

@@ -9,7 +9,7 @@ a kind; a motion may be of several.
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter

@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from nodlidar_assembler.control.nod_config import NodConfig
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.error_budget.budget import Beams, beams_at, budget_of, ErrorBudget
 from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_planner.error_budget.swing import Swing

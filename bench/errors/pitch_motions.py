@@ -12,7 +12,7 @@ import time
 
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.world.device_section import load_servo, servo_names
 from nodlidar_sim.world.nod_motion import triangle_motion

@@ -13,7 +13,7 @@ from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.clouds.points import place
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_log, simulated_odometry
 from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_sim.simulation import Recording

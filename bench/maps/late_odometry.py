@@ -7,7 +7,7 @@ odometry_delay, and the drive mapped again, until what is left is too small to b
 from dataclasses import replace
 
 from nodlidar_assembler.bags.sensor_log import clouds_in
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_log, simulated_odometry
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.mapper import Mapper

@@ -7,7 +7,7 @@ a crooked ring. The jump comes at a random place and has a random direction.
 from dataclasses import dataclass, replace
 
 from nodlidar_assembler.bags.sensor_log import clouds_in
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array

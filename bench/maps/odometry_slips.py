@@ -6,7 +6,7 @@ times, as those of wheels that slip or do not grip.
 
 from dataclasses import replace
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.planar import compose, relative
 import numpy as np

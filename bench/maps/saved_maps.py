@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array, inverse

@@ -10,7 +10,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.chosen_sweeps import LONGEST_ROUND
 from nodlidar_assembler.control.nod_config import NOD_MODES
 from nodlidar_assembler.control.nod_controller import NodController
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.sweeps.feedback import Feedback
 from nodlidar_planner.sweeps.schedule import even_rows
 from nodlidar_sim.world.device_section import load_servo

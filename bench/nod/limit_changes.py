@@ -8,7 +8,8 @@ has its own sweep.
 from dataclasses import dataclass
 
 from nodlidar_assembler.control.nod_shape import NodShape
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 
 from bench.nod.servo_rig import LATENCY_TIMER, LOADED, Rig, Tied, TRUE_BEAM_NS

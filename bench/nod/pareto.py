@@ -14,7 +14,8 @@ from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.observed_coverage import largest_square
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.evaluation import FAR, near_beams, points_of_log, surface_rms
 from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_planner.choice.choice import quick_choice

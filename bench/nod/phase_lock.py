@@ -9,7 +9,7 @@ Reversals and middles of the legs are those of the shaft's true motion.
 from collections.abc import Callable
 import math
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.devices.rx_motor import TICK
 from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.servo.parameters import ServoParameters

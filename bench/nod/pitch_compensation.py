@@ -31,7 +31,7 @@ from nodlidar_assembler.control.pitch_limits import (
     ranges_that_count,
     SECTOR,
 )
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.sensor_model import SensorModel

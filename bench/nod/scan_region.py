@@ -10,7 +10,7 @@ from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.control.region_plan import Region, region_plan
 from nodlidar_assembler.control.region_scan import RegionScan
 from nodlidar_assembler.scan_assembler import ScanAssembler
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_sim.world.device_section import load_servo
 import numpy as np

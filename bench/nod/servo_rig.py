@@ -8,7 +8,7 @@ from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.control.phase_lock import PhaseLock
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.sample import Sample
 from nodlidar_servo.device.servo import Servo

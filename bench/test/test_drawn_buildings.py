@@ -1,6 +1,6 @@
 """Drawn buildings: the drive comes around, and keeps clear of all that stands there."""
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 import pytest
 

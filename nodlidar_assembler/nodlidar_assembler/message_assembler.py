@@ -10,8 +10,8 @@ from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_assembler.plausibility.scan_jitter import ScanJitter
 from nodlidar_assembler.scan_assembler import ScanAssembler
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import NS_PER_S
 
 CLOCK_WAS_SET = 'the clock was set'
 _OTHER_CLOCK = 60.0  # s between stamps of what comes together: clocks are not synchronised

@@ -12,8 +12,8 @@ from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.repeats import RepeatedScanError
 from nodlidar_assembler.waiting import WaitingConfig, WaitingLine
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.time_order import TIME_JUMP_NS
 
 NO_JOINT_BEFORE = 'no joint state before it'

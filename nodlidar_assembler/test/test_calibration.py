@@ -17,7 +17,8 @@ from nodlidar_assembler.calibration.plane_search import find_planes, Gate, Plane
 from nodlidar_assembler.calibration.plane_system import PlaneSystem, Solution
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig, ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.scene import load_scene

@@ -6,7 +6,8 @@ from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.control.chosen_sweeps import ChosenSweeps
 from nodlidar_assembler.inputs.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.coverage.lower_bound import lower_bound
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.feedback import SPREAD

@@ -1,7 +1,7 @@
 """Stamps that drift are noticed; messages that are late are not."""
 
 from nodlidar_assembler.plausibility.stamp_drift import MOST_NS, SCANS, StampDrift, WINDOW_NS
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 import pytest
 

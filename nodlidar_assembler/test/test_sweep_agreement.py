@@ -7,7 +7,8 @@ from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
 import nodlidar_assembler.plausibility.sweep_agreement as module
 from nodlidar_assembler.plausibility.sweep_agreement import SweepAgreement
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.scene import load_scene

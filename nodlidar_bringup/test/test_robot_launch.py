@@ -8,10 +8,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import GetState
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_bringup.ros.launched import launched_sensor
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import nod_from_message
 from nodlidar_common.ros.point_cloud import coordinates
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 from nodlidar_msgs.msg import NodCommand
 from nodlidar_sim.world.ideal_servo import IdealServo
 from nodlidar_sim.world.scene import load_scene

@@ -4,8 +4,7 @@ import math
 
 from nav_msgs.msg import Odometry
 from nodlidar_bringup.ros.launched import launched_sensor
-from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 from nodlidar_msgs.msg import NodCommand
 import numpy as np
 from observer import Observer

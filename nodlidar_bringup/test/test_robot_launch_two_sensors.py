@@ -1,8 +1,7 @@
 """The launch file for two sensors side by side, each with arguments of its own."""
 
 from nodlidar_bringup.ros.launched import launched_sensor
-from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 import numpy as np
 from observer import Observer
 from on_the_room import assert_on_the_room_all_around, CLOUDS

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import NS_PER_S
 from rosbags.typesys import get_typestore, Stores
 
 STORE = get_typestore(Stores.ROS2_JAZZY)

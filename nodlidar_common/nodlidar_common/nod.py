@@ -4,10 +4,9 @@ from dataclasses import dataclass, replace
 import math
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
-
-NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)

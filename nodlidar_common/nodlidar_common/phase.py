@@ -9,7 +9,8 @@ from collections import deque
 import math
 from typing import Protocol
 
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 
 MIDDLE = 0.25

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 
 # A number ahead by more is of another publisher, or of one that restarted.
 MOST_LOST = 1000

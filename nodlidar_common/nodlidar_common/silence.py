@@ -3,7 +3,7 @@
 from collections import deque
 from statistics import median
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 
 LEAST_SILENCE = 0.5  # [s]; shorter pauses come from the host, not the sensor
 _INTERVALS = 4.0  # a pause of so many usual intervals is a silence

@@ -1,9 +1,8 @@
-"""Times of messages as nanoseconds: messages of rclpy, or of a bag read without ROS."""
+"""Times as nanoseconds, and those of messages: of rclpy, or of a bag read without ROS."""
 
 from typing import Protocol
 
-from nodlidar_common.nod import NS_PER_S
-
+NS_PER_S = 1_000_000_000
 # Latest accepted time [ns]: one day before the end of what messages can hold, in 2038.
 LATEST_NS = (2**31 - 86_400) * NS_PER_S
 

@@ -11,8 +11,9 @@ import math
 from typing import Protocol
 
 from nodlidar_common.dynamics import arrival_speed, cruising_speed, Dynamics
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
 from nodlidar_common.phase import PhaseLead
+from nodlidar_common.stamps import NS_PER_S
 
 HOLD = 0.02
 """The speed is kept from this time [s] before braking on: the quotient of the remaining distance

@@ -10,8 +10,7 @@ from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.bags.bag_topics import BagError
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
-from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader

@@ -8,8 +8,8 @@ from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixel
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.points import place, Points
 from nodlidar_common.errors import NodlidarError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.world import World

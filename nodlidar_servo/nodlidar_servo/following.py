@@ -3,8 +3,9 @@
 from collections import deque
 import math
 
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
 from nodlidar_common.phase import LOCKED
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.tracking import Drive, Measured
 from nodlidar_servo.device.config import ServoConfig
 

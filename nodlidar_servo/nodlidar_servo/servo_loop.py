@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.tracking import NodProgress
 from nodlidar_servo.bus.replies import LateReplyError, ReplyError
 from nodlidar_servo.device.sample import Sample

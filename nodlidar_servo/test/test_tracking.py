@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_common.dynamics import arrival_speed, check_nod, Dynamics, shortest_sweep
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.models.models import MODELS, PitchScale
 from nodlidar_sim.world.ideal_servo import IdealServo

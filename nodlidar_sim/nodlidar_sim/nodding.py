@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.dynamics import Dynamics
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.tracking import Drive, NodTracker
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.servo.parameters import ServoParameters

@@ -8,7 +8,8 @@ from functools import partial
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.world.effects import Effects, Measure, range_faults
 from nodlidar_sim.world.lidar import Lidar

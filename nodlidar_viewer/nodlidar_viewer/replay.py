@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_viewer.recent_points import RecentPoints
 import numpy as np
 

@@ -14,7 +14,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError
 from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_common.bag_messages import JOINT_STATE, SCAN, TF
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.time_order import (
     TIME_JUMP_NS,
     TimeOrder,

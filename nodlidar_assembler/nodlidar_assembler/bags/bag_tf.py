@@ -15,8 +15,7 @@ from nodlidar_assembler.bags.fixed_transforms import (
 )
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.bag_messages import TF
-from nodlidar_common.nod import NS_PER_S
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 from nodlidar_common.steady_stamps import SteadyStamps
 from nodlidar_common.time_order import UNSTAMPED
 from nodlidar_common.transforms import is_pose, MALFORMED, unit_quaternion

@@ -7,7 +7,7 @@ from typing import BinaryIO
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_common.errors import NodlidarError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 
 # Packed and little-endian, as both formats are.

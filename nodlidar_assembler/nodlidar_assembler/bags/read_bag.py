@@ -17,7 +17,7 @@ from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_common.bag_messages import SCAN, TF
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 
 USUAL_TOPICS = Topics()

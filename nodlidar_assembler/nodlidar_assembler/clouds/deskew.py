@@ -5,7 +5,7 @@ from dataclasses import replace
 from nodlidar_assembler.clouds.ego_motion import Poses, rotated, rotated_back
 from nodlidar_assembler.clouds.point_layout import xyz_in
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

@@ -24,7 +24,7 @@ from nodlidar_assembler.clouds.level_ranges import LevelScanConfig, ranges_of
 from nodlidar_assembler.clouds.pipeline import Assembled, LONGEST_SWEEP
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import MOST_SCANS
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.time_order import TIME_JUMP_NS
 import numpy as np
 from numpy.typing import NDArray

@@ -4,8 +4,8 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 
 SPAN_NS = 10 * NS_PER_S  # as long as TF keeps transforms

@@ -4,7 +4,7 @@ Between unit quaternions q0 and q1 whose half turn is h, SLERP (Shoemake 1985) i
 q(u) = cos(u h) q0 + sin(u h) p with p = (q1 - cos(h) q0) / sin(h), orthogonal to q0.
 """
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

@@ -13,9 +13,9 @@ from nodlidar_assembler.clouds.points import place, Placed, Points, points_of
 from nodlidar_assembler.clouds.repeats import RepeatCheck
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
 from nodlidar_common.silence import Silence
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

@@ -6,7 +6,7 @@ rotation scales its angle), so interpolating the angle is SLERP exactly, without
 """
 
 from nodlidar_common.errors import NodlidarError, ScanError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

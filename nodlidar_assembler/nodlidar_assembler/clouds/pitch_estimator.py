@@ -12,8 +12,8 @@ from nodlidar_assembler.clouds.pitch import (
     SplineError,
 )
 from nodlidar_assembler.clouds.recent_samples import RecentSamples
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

@@ -12,7 +12,7 @@ from nodlidar_assembler.clouds.between_samples import aliases, at, LAGS
 from nodlidar_assembler.clouds.spline_fit import fit, KNOT, KNOT_NS, ROUGHNESS, Splines, value
 from nodlidar_assembler.clouds.unfitted_motion import UnfittedMotion, usual_part
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr

@@ -1,6 +1,6 @@
 """The last joint samples, which show where others are missing at a reversal."""
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

@@ -7,8 +7,8 @@ from nodlidar_assembler.clouds.deskew import deskewed
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.sweeps import joined
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.time_order import TIME_JUMP_NS
 import numpy as np
 

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from nodlidar_assembler.clouds.pitch import SplineError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtri

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 
 # Reversals kept until scans arrive: a minute at 50 per second.

@@ -1,6 +1,6 @@
 """The white noise of joint samples, apart from any motion."""
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

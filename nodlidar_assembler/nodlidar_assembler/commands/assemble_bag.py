@@ -17,7 +17,7 @@ from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.command_line import LineParser
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.terminal import progress_bar, result_console, summary_table
 
 

@@ -13,7 +13,7 @@ from nodlidar_assembler.control.pitch_limits import (
     PitchLimitsConfig,
     ranges_that_count,
 )
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.time_order import TIME_JUMP_NS
 import numpy as np
 from numpy.typing import NDArray

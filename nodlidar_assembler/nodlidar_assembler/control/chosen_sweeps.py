@@ -11,7 +11,8 @@ import math
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.inputs.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.feedback import Feedback
 from nodlidar_planner.sweeps.schedule import even_rows, Schedule

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.pattern.task import ON_THE_LINE, Task
 import numpy as np
 from numpy.typing import NDArray

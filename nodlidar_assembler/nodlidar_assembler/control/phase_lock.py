@@ -12,7 +12,8 @@ from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
 from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.inputs.revolutions import Revolutions
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 
 
 class PhaseLock:

@@ -18,8 +18,8 @@ import math
 from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

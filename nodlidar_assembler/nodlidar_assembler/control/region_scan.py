@@ -8,7 +8,7 @@ from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.scan_memory import ScanMemory
 from nodlidar_assembler.control.observed_coverage import Covered, ObservedCoverage
 from nodlidar_assembler.control.region_plan import LONGEST, RegionPlan
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.time_order import TIME_JUMP_NS
 import numpy as np
 from numpy.typing import NDArray

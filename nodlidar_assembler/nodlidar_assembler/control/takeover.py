@@ -2,7 +2,8 @@
 
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.nod_shape import NodShape
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.pattern.nod_speeds import shortest_by_mean_speed
 
 # Speed of the way [rad/s], and time to settle [s]: what an RX-24F needs from any nod.

@@ -9,9 +9,8 @@ from nodlidar_assembler.clouds.pitch import LARGEST
 from nodlidar_assembler.inputs.joint_axis import JointAxis
 from nodlidar_assembler.inputs.joint_strays import JointStrays
 from nodlidar_assembler.plausibility.joint_scatter import JointScatter
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
-from nodlidar_common.stamps import LATEST_NS, time_ns
+from nodlidar_common.stamps import LATEST_NS, NS_PER_S, time_ns
 from nodlidar_common.time_order import TimeOrder
 
 # Names of other joints in the message about the missing one.

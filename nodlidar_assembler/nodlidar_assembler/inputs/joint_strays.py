@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable
 from itertools import pairwise
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 
 SLACK = 0.02  # rad, that positions may be off by noise and jitter
 FASTER = 1.5  # times the fastest of the last steps

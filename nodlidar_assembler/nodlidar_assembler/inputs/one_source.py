@@ -1,6 +1,6 @@
 """The messages of one source, where several send on a topic."""
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 
 _SILENCE_NS = NS_PER_S  # after which another source counts
 

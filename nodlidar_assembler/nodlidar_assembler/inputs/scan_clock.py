@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 
 _RECENT = 50  # scans; the one that was fastest on its way counts
 _LATE_NS = NS_PER_S  # a scan that is later waited, or the clock was set back

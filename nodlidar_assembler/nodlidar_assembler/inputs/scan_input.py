@@ -11,9 +11,8 @@ from nodlidar_assembler.inputs.one_source import OneSource
 from nodlidar_assembler.inputs.scan_clock import ScanClock
 from nodlidar_assembler.inputs.scan_timing import ScanTiming
 from nodlidar_common.errors import ParameterError, ScanError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
-from nodlidar_common.stamps import LATEST_NS, time_ns
+from nodlidar_common.stamps import LATEST_NS, NS_PER_S, time_ns
 import numpy as np
 
 

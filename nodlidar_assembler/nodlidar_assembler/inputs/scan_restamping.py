@@ -4,7 +4,7 @@ from collections import deque
 import math
 
 from nodlidar_assembler.inputs.revolutions import GATE_NS
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 
 SILENCE_NS = NS_PER_S
 """After a silence of this length [ns] the lidar may have restarted."""

@@ -6,7 +6,7 @@ import math
 
 from nodlidar_assembler.inputs.revolutions import FEWEST, GATE_NS, Revolutions, SAME_RATE
 from nodlidar_assembler.inputs.scan_restamping import OTHER_TIME_NS, ScanRestamping, SILENCE_NS
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 
 # If stamps scatter by more [s], none can be recognised as wrong.
 _MOST_SCATTER = 1e-3

@@ -2,7 +2,8 @@
 
 import math
 
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 
 # Joint samples farther apart [ns] do not show how far it moved in between.
 _LONGEST_GAP_NS = NS_PER_S // 2

@@ -12,7 +12,7 @@ from nodlidar_assembler.plausibility.odometry_jitter import (
     WINDOW_NS,
 )
 from nodlidar_assembler.plausibility.point_error import DISTANCE, LEAST_ERROR
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.ego_motion import Odometry, rotated
 from nodlidar_assembler.plausibility.point_error import DISTANCE, LEAST_ERROR
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

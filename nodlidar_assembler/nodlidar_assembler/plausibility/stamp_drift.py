@@ -1,6 +1,6 @@
 """Stamps that drift: of one input against those of another."""
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 
 WINDOW_NS = 10 * NS_PER_S  # in which the message counts that was nearly the fastest on its way
 AHEAD = 0.05  # share of messages that seem faster, as their stamps may be ahead of time

@@ -9,9 +9,8 @@ from nodlidar_assembler.message_assembler import MessageAssembler
 from nodlidar_assembler.ros.clock_watch import ClockWatch, SETTLING_NS
 from nodlidar_assembler.ros.input import Input, PolledInput
 from nodlidar_assembler.scan_assembler import Outcome
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.steady import steady_ns
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 from sensor_msgs.msg import JointState, LaserScan
 
 UNSETTLED = f'within {SETTLING_NS / NS_PER_S} s after the clock was set'

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 from nodlidar_common.host_time import HostTime
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.steady import steady_ns
+from nodlidar_common.stamps import NS_PER_S
 from rclpy.node import Node
 
 # Messages within this time [ns] after a step may still be stamped by the former time.

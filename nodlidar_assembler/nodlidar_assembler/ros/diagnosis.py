@@ -17,12 +17,13 @@ from nodlidar_assembler.plausibility.sweep_agreement import SweepAgreement
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
 from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.ros.tf_odometry import TfOdometry
 from nodlidar_common.silence import LEAST_SILENCE, Silence
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 

@@ -12,10 +12,11 @@ from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.inputs.scan_clock import ScanClock
 from nodlidar_assembler.ros.clock_watch import ClockWatch
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
 from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.survival import Survival
 from nodlidar_msgs.msg import NodCommand
 from rclpy.node import Node

@@ -21,11 +21,11 @@ from nodlidar_assembler.ros.region_action import RegionAction
 from nodlidar_assembler.ros.scan_service import ScanService
 from nodlidar_assembler.scan_assembler import Outcome
 from nodlidar_common.dynamics import check_pitch
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.tf_odometry import TfOdometry
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.survival import Survival
 from rclpy.node import Node
 from rclpy.parameter import Parameter

@@ -3,8 +3,8 @@
 from types import SimpleNamespace
 from typing import Any
 
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.steady import steady_ns
+from nodlidar_common.stamps import NS_PER_S
 from rclpy.context import Context
 from rclpy.event_handler import EventHandler
 from rclpy.executors import SingleThreadedExecutor

@@ -3,9 +3,9 @@
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 from nodlidar_msgs.msg import NodCommand
 
 

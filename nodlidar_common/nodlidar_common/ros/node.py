@@ -7,10 +7,10 @@ import signal
 import sys
 
 from nodlidar_common.errors import NodlidarError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.steady import steady_ns
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.survival import Survival
 import rclpy
 from rclpy.exceptions import NameValidationException, ParameterException

@@ -5,10 +5,9 @@ from collections.abc import Callable, Collection, Sequence
 from itertools import islice
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.publishers import Publishers
 from nodlidar_common.ros.polled import taken, WhenWanted
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 from nodlidar_common.steady_stamps import SteadyStamps
 from nodlidar_common.survival import Survival
 from nodlidar_common.time_order import (

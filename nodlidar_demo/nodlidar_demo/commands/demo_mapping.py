@@ -15,7 +15,8 @@ from matplotlib.image import imread
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.whole_file import named, whole_file
 from nodlidar_demo.options import check_duration, new_bag
 from nodlidar_mapper.commands.map_bag import main as map_bag

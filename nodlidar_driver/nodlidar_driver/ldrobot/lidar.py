@@ -6,8 +6,8 @@ import math
 
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.ldrobot import BIT_RATE, PACKET, RANGE_MM
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.serial_port import port_errors
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_driver.base.reader import Reader
 from nodlidar_driver.clock.arrivals import Arrivals
 from nodlidar_driver.ldrobot.packets import take_packets

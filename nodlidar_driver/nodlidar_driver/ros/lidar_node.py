@@ -4,10 +4,10 @@ from dataclasses import replace
 from typing import Any
 
 from nodlidar_common.host_time import HostTime, SteadyTime
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.device_node import DeviceNode
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.qos import OVERRIDABLE
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_driver.base.diagnosis import LidarDiagnosis
 import numpy as np
 from sensor_msgs.msg import LaserScan, TimeReference

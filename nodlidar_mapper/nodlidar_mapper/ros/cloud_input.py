@@ -7,14 +7,13 @@ from functools import partial
 import re
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.publishers import Publishers
 from nodlidar_common.ros.point_cloud import points_in
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_common.ros.tf_odometry import TfOdometry
 from nodlidar_common.silence import Silence
-from nodlidar_common.stamps import LATEST_NS, time_ns
+from nodlidar_common.stamps import LATEST_NS, NS_PER_S, time_ns
 from nodlidar_common.survival import Survival
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import NodeConfig

@@ -9,8 +9,8 @@ import time
 
 from nodlidar_common.command_line import in_words
 from nodlidar_common.errors import NodlidarError, ParameterError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.steady import steady_ns
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe

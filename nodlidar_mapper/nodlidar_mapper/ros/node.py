@@ -6,13 +6,13 @@ import sys
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nodlidar_common.command_line import in_words
 from nodlidar_common.errors import NodlidarError, ParameterError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 from nodlidar_common.ros.messages import transform_message
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.node_parameters import declare
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer, steady_ns
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.survival import Survival
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig

@@ -11,7 +11,7 @@ from nodlidar_assembler.clouds.ego_motion import (
     rotated_back,
 )
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_mapper.geometry.poses import Array
 import numpy as np
 from numpy.typing import NDArray

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.origins import SPACING
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import parameter
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_mapper.geometry.linear import inverted
 from nodlidar_mapper.geometry.poses import (
     Array,

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from nodlidar_common.errors import DeviceError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.serial_port import SerialPort
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_servo.bus.dynamixel_bus import DynamixelBus
 from nodlidar_servo.bus.replies import LateReplyError, NoAnswerError, Reply, ReplyError
 from nodlidar_servo.device.config import ServoConfig

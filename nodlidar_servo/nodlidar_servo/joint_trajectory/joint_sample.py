@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from nodlidar_common.dynamics import Dynamics
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_servo.nod.reach import ReachCheck, ReachError
 
 LEAST_TO_DIFFER = 3

@@ -4,9 +4,9 @@ from collections import Counter
 from dataclasses import dataclass
 import math
 
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.recent import Recent
 from nodlidar_common.report import Report
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.tracking import NodProgress
 from nodlidar_servo.nod.command_report import CommandReport, phase_figures
 from nodlidar_servo.nod.nod_commands import NodCommands

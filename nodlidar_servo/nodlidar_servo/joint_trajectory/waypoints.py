@@ -12,8 +12,9 @@ from itertools import pairwise
 import math
 
 from nodlidar_common.dynamics import cruising_speed, Dynamics
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
 from nodlidar_common.phase import FASTEST_LEAD, longest_lateness
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.tracking import CATCH_UP, Measured
 from nodlidar_servo.joint_trajectory.joint_sample import JointSample
 from scipy.interpolate import CubicHermiteSpline

@@ -5,8 +5,9 @@ import math
 
 from nodlidar_common.dynamics import check_nod
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
 from nodlidar_common.phase import LOCKED
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.tracking import NodTracker
 from nodlidar_servo.nod.joint_config import JointConfig
 

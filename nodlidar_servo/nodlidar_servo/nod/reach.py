@@ -1,7 +1,7 @@
 """Refuses positions that a joint cannot have reached."""
 
 from nodlidar_common.errors import DeviceError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 
 _STRONGER = 1.5  # times the configured acceleration
 _FASTER = 1.2  # times the highest speed: a higher supply, a pulling load

@@ -1,7 +1,7 @@
 """Joint states and the nod status as ROS messages."""
 
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.tracking import NodProgress
 from nodlidar_msgs.msg import NodStatus
 from nodlidar_servo.device.sample import Sample

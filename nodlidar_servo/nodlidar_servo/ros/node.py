@@ -4,10 +4,10 @@ import sys
 import time
 
 from nodlidar_common.host_time import HostTime
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_servo.bus.latency import reduce_latency
 from nodlidar_servo.bus.reply_timeout import LONGEST_REPLY
 from nodlidar_servo.device.config import ServoConfig

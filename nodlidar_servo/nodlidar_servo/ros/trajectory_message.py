@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from builtin_interfaces.msg import Duration
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_servo.joint_trajectory.waypoints import Waypoint
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 

@@ -10,12 +10,12 @@ from typing import Any, TypeGuard
 
 from nodlidar_common.dynamics import cruising_speed
 from nodlidar_common.errors import DeviceError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.polled import PolledSubscription
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import steady_ns
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 from nodlidar_common.tracking import Drive, NodProgress, NodTracker
 from nodlidar_servo.joint_trajectory.joint_sample import (
     JointSample,

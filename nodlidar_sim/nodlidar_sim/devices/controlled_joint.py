@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.trajectory_controller import TrajectoryController
 from nodlidar_sim.world.nod_motion import ServoShaft

@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import replace
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.other_lidars import OtherLidar, Published, Revolution
 from nodlidar_sim.world.effects import Measure

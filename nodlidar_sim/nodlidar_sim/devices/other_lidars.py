@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import math
 from typing import NamedTuple
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.sensor_model import instants
 import numpy as np
 from numpy.typing import NDArray

@@ -13,7 +13,7 @@ from nodlidar_common.ldrobot import (
     ROTATION_RATE,
     TIMER_MS,
 )
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.devices.wire import BITS_PER_BYTE
 from nodlidar_sim.world.effects import Measure
 from nodlidar_sim.world.sensor_model import instants

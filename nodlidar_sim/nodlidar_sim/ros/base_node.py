@@ -6,10 +6,10 @@ import math
 from geometry_msgs.msg import Quaternion, TransformStamped, Twist
 from nav_msgs.msg import Odometry
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.qos import OVERRIDABLE
 from nodlidar_common.ros.steady import create_steady_timer
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.commanded import CommandedBase
 from nodlidar_sim.world.odometry import Odometer
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty

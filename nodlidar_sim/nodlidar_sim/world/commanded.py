@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.route import Leg, Plan, Route, Velocity
 import numpy as np
 from numpy.typing import NDArray

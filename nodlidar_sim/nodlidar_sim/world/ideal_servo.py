@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.nod_motion import (
     Array,
     PiecewiseMotion,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.raycast import Echoes
 from nodlidar_sim.world.spot import cone, disc, echo_of, merged, rim, Spots, straddles

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.bundles import bundled, Bundles, MIDDLE, RAYS
 from nodlidar_sim.world.planar import rotate, to_child
 from nodlidar_sim.world.raycast import Echoes, PLAIN, Surfaces, surfaces_of

@@ -8,7 +8,8 @@ from typing import Any, Protocol
 
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import Nod, NS_PER_S
+from nodlidar_common.nod import Nod
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 from numpy.typing import NDArray

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.planar import displacement, motion_of, relative, rotate
 import numpy as np

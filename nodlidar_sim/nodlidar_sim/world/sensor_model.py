@@ -8,8 +8,8 @@ from typing import Any
 
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.parameters import check, parameter
+from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,11 +5,10 @@ import math
 import time
 from typing import Any
 
-from nodlidar_common.nod import NS_PER_S
 from nodlidar_common.pose import Pose
 from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_common.ros.steady import steady_ns
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 from nodlidar_viewer import words
 from nodlidar_viewer.config import ViewerConfig
 from nodlidar_viewer.directions import Directions

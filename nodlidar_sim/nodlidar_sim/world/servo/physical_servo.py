@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple, TypeVar
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.nod import NS_PER_S
+from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.servo.encoder import Encoder
 from nodlidar_sim.world.servo.firmware import check_goal, Compliance, Firmware, Loop
 from nodlidar_sim.world.servo.parameters import PERIOD, ServoParameters
