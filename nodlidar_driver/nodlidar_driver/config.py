@@ -63,6 +63,7 @@ class DriverConfig(_ScansConfig):
         'Bit rate of an RS-232 port (a whole scan at 10 Hz needs USB); no effect over USB',
         unit='bit/s',
         minimum=9600,
+        maximum=4_000_000,
     )
     cluster: int = parameter(
         1,
@@ -99,7 +100,9 @@ class LdrobotConfig(_ScansConfig):
         '/dev/ttyUSB0',
         'Serial port of the lidar; a servo may take this name: use those in /dev/serial/by-id',
     )
-    baud_rate: int = parameter(BIT_RATE, 'Bit rate of the port', unit='bit/s', minimum=9600)
+    baud_rate: int = parameter(
+        BIT_RATE, 'Bit rate of the port', unit='bit/s', minimum=9600, maximum=4_000_000
+    )
     least_confidence: int = parameter(
         16,
         "Least confidence of a range, else it is NaN; LDROBOT's own driver drops groups of 15 or "

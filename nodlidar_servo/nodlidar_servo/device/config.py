@@ -38,6 +38,7 @@ class ServoConfig(JointConfig):
         'Acceleration that the servo reaches with its load; commands that need more are refused',
         unit='rad/s^2',
         minimum=1.0,
+        maximum=1e5,
     )
     torque_limit: float = parameter(
         1.0, 'Torque limit as a share of the maximum torque', minimum=0.05, maximum=1.0

@@ -6,6 +6,8 @@ from nodlidar_common.dynamics import Dynamics
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 
+HALF_TURN = 3.15  # rad, rounded up
+
 
 @dataclass(frozen=True)
 class JointConfig:
@@ -18,9 +20,15 @@ class JointConfig:
         -0.80,
         'Lowest pitch that the mount allows, positive is up; commands beyond are refused',
         unit='rad',
+        minimum=-HALF_TURN,
+        maximum=HALF_TURN,
     )
     pitch_upper_limit: float = parameter(
-        0.80, 'Highest pitch that the mount allows; commands beyond are refused', unit='rad'
+        0.80,
+        'Highest pitch that the mount allows; commands beyond are refused',
+        unit='rad',
+        minimum=-HALF_TURN,
+        maximum=HALF_TURN,
     )
     command_timeout: float = parameter(
         0.6,
