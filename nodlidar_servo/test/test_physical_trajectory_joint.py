@@ -18,15 +18,16 @@ START_NS = 1_763_900_000 * S
 NOD = Nod(-0.6136, 0.6136, 0.74, 7547, START_NS)
 
 
+@pytest.mark.parametrize('period_ms', [20, 100, 500])
 @pytest.mark.parametrize('name', ['rx24f', 'xl430', 'xl330'])
-def test_a_position_loop_that_lags_its_goal_is_led_into_phase(name):
+def test_a_position_loop_that_lags_its_goal_is_led_into_phase(name, period_ms):
     """That of an XL430 lags by 48 ms, that of an XL330 overshoots the limits."""
     config = TrajectoryConfig()
     shaft = PhysicalServo(load_servo(name), 0.1, seed=1)
     joint = ControlledJoint(shaft, START_NS)
     samples = JointSampleFilter(config.dynamics)
     tracker = NodTracker(NOD, config.dynamics)
-    planner, follows = Planner(config.dynamics, config.pitch_limits), []
+    planner, follows, stops = Planner(config.dynamics, config.pitch_limits), [], []
 
     def measured(stamp_ns, pitch, velocity):
         sample = samples.add(stamp_ns, pitch, velocity)
@@ -34,12 +35,14 @@ def test_a_position_loop_that_lags_its_goal_is_led_into_phase(name):
         follows.append(planner.follows(tracker.led, sample))
 
     joint.publish = measured
-    for now_ns in range(START_NS + 15 * MS, START_NS + 20 * S, 100 * MS):
+    for now_ns in range(START_NS + 15 * MS, START_NS + 20 * S, period_ms * MS):
         joint.transmit(now_ns)
         plan = planner.plan(tracker.led, samples.latest, now_ns)
+        stops.append(plan[0].time_ns > now_ns)
         message = trajectory_message('nod_joint', plan)
         joint.controller.accept(trajectory_of(message, ['nod_joint']), now_ns)
     assert all(follows[300:])
+    assert stops == sorted(stops, reverse=True)  # it never stops again
     assert samples.refused == 0
     times_ns = now_ns - np.arange(int(4 * 0.74 * 1000)) * MS
     middle = np.abs(np.mod(NOD.sweeps(times_ns), 1.0) - 0.5) < 0.25

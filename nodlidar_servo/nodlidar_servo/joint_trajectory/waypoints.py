@@ -29,7 +29,6 @@ _RETURN = 1.0  # rad/s, the highest speed of a joint that comes back from outsid
 _NEW = 0.02  # s, the age of a measurement up to which the joint went on as measured
 _STEADY = 0.02  # rad, the least distance from the plan of a joint that does not follow it
 _SMOOTH = 0.25  # of the speed of the nod, by which tuning changes the velocity, at reversals
-_LED = 0.1 * FASTEST_LEAD  # s, by which the lead changes between plans, at 10 of them per second
 _RETIMED = 0.05  # of a sweep, by which tuning moves the reversal that an approach leads to
 _SAME_NS = 2_000_000  # between reversals of two nods that are one, tuned at different times
 _ROUNDING_NS = 1000  # the instants of reversals are rounded, far from the reference time to 128 ns
@@ -124,6 +123,7 @@ class Planner:
         self._dynamics = dynamics
         self._limits = limits
         self._plan: list[Waypoint] = []
+        self._planned_ns = 0
         self._joins_ns = 0  # reversal at which the approach in the plan ends
 
     def plan(
@@ -155,6 +155,7 @@ class Planner:
         if before:
             self._joins_ns = nod.reversal_time_ns(first)
         self._plan = [*before, *self._legs(nod, first, now_ns, after)]
+        self._planned_ns = now_ns
         return self._plan
 
     def hold(self, sample: Measured, now_ns: int) -> list[Waypoint]:
@@ -201,8 +202,9 @@ class Planner:
         if not self._plan or not self._plan[0].time_ns <= now_ns <= self._plan[-1].time_ns:
             return False
         (pitch, velocity), (was, went) = self._state(nod, now_ns), _at(self._plan, now_ns)
-        faster = _SMOOTH * nod.speed + _LED * self._dynamics.acceleration
-        return abs(pitch - was) <= _STEADY + _LED * nod.speed and abs(velocity - went) <= faster
+        led = FASTEST_LEAD * (now_ns - self._planned_ns) / NS_PER_S
+        faster = _SMOOTH * nod.speed + led * self._dynamics.acceleration
+        return abs(pitch - was) <= _STEADY + led * nod.speed and abs(velocity - went) <= faster
 
     def _leads_to(self, nod: Nod) -> bool:
         """Return whether the approach in the plan ends at a reversal of a nod."""
