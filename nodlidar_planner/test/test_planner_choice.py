@@ -119,6 +119,16 @@ def test_planning_for_an_error_of_many_steps_halves_the_time_under_it():
     assert medians[1] <= 0.5 * medians[0]
 
 
+@pytest.mark.parametrize('error', [0.0, 0.003])
+def test_of_nods_that_all_serve_alike_the_slowest_is_chosen(error):
+    """All do where there is one row of cells: a beam of each column is there in each revolution."""
+    task = Task(pitch_min=-0.0175, pitch_max=0.0175)
+    samples = np.arange(313, 8001, 16)
+    best = plans(task, samples, Objective(), timing_error=error, count=2)
+    assert [each.samples_per_sweep for each in best] == [7993, 7977]
+    assert quick_choice(task, samples[::-1], error) == 7993
+
+
 def test_without_error_the_quick_choice_is_the_exact_one():
     assert (
         quick_choice(PUBLISHED, BAND) == plans(PUBLISHED, BAND, Objective())[0].samples_per_sweep

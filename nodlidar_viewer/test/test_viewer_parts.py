@@ -180,3 +180,9 @@ def test_any_limits_have_an_n_s_that_is_coprime(pitch_max):
     """Candidates at a whole even distance would all be even, as those of these spans are."""
     config = NodConfig(pitch_min=-0.3, pitch_max=pitch_max)
     assert math.gcd(samples_for(config), 1024) == 1
+
+
+def test_of_nods_that_all_find_the_object_as_soon_the_page_chooses_the_slowest():
+    config = NodConfig(pitch_min=-0.0175, pitch_max=0.0175)
+    fewest = config.fewest_samples(config.task.span, config.task.beam_period)
+    assert samples_for(config) > 3.9 * fewest

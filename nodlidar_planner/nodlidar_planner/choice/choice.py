@@ -20,7 +20,8 @@ Integers = NDArray[np.int64]
 
 # Margins as parts of the timing error. Candidates that complete soonest with a margin do well in
 # simulated runs; which margin is best depends on lidar, region and error. The quick choice uses
-# one, the shortlist has the best SHORTLIST candidates with each.
+# one, the shortlist has the best SHORTLIST candidates with each, and what ties with the last, up to
+# twice as many.
 QUICK_MARGIN = 0.75
 MARGINS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 SHORTLIST = 12
@@ -38,7 +39,7 @@ def quick_choice(task: Task, samples: Integers, timing_error: float = 0.0) -> in
     Parameters
     ----------
     task, samples
-        Region, cells and lidar; the N_s to choose from, shape (n,).
+        Region, cells and lidar; the N_s to choose from, shape (n,), of which ties take the first.
     timing_error
         Standard deviation of the reversal instants [s].
 
@@ -72,7 +73,8 @@ def plans(
     samples
         The N_s to choose from, shape (n,).
     objective
-        What to minimise. Ties are broken by the longest revisit, then by the hit frequency.
+        What to minimise. Ties are broken by the longest revisit, then by the hit frequency; of
+        what is still equal, the slowest nod is first: servos follow it best.
     start_pitch
         Pitch at sample 0 [rad], going up; by default half a sample past the lower limit.
     timing_error
@@ -90,6 +92,7 @@ def plans(
     if timing_error > 0.0 and not objective.only_completion:
         raise ParameterError('timing_error', '0 s unless completion alone counts', timing_error)
     fewest = int(samples.min())
+    samples = np.sort(samples)[::-1]
     if timing_error > 0.0:
         chosen = _robust(task, samples, start_pitch, timing_error, progress)
     else:
@@ -152,8 +155,8 @@ def _robust(
     """Return a shortlist, ordered by mean plus 90th percentile under the timing error."""
     error = timing_error / task.beam_period
     found = _soonest(task, samples, start_pitch, SHORTLIST, progress)
-    shortlists = [found(share * error)[:SHORTLIST] for share in MARGINS]
-    shortlist: list[int] = np.unique(np.concatenate(shortlists)).tolist()
+    shortlists = [found(share * error)[: 2 * SHORTLIST] for share in MARGINS]
+    shortlist: list[int] = np.unique(np.concatenate(shortlists))[::-1].tolist()
     compared = len(shortlist)
     for runs in CHOOSING_RUNS:
         score = {}
@@ -179,7 +182,7 @@ def _ranked(
     if not served:
         _check_columns(task)
         raise _no_rows(task)
-    return sorted(served, key=lambda n_s: ranks[n_s])
+    return sorted(served, key=lambda n_s: ranks[n_s])  # ties stay in the order of the samples
 
 
 def _rank(
