@@ -37,14 +37,15 @@ WITH = {
 # Limits at which columns have no beam (681 steps are in the region), or too many N_s are in the
 # band; and what is said.
 UNSEEN = 'such that each of the {} columns has a beam, not only {}'
+SMALL = 'at least {} m, a step of the lidar at {} m'
 IMPOSSIBLE = {
-    ('object_size', 1e-6): ('object_size', UNSEEN.format(4173, 681)),
-    ('object_size', 1e3): ('object_size', UNSEEN.format(4173, 681)),
-    ('distance', 1e6): ('object_size', UNSEEN.format(4173, 681)),
+    ('object_size', 1e-6): ('object_size', SMALL.format('6.136e-06', '0.001')),
+    ('object_size', 1e3): ('object_size', SMALL.format(6136, '1e+06')),
+    ('distance', 1e6): ('object_size', SMALL.format(6136, '1e+06')),
     ('azimuth', math.pi): ('azimuth', UNSEEN.format(126, 84)),
     ('centre', math.pi): ('azimuth', UNSEEN.format(84, 43)),
     ('centre', -math.pi): ('azimuth', UNSEEN.format(84, 43)),
-    ('steps_per_revolution', 1): ('object_size', UNSEEN.format(84, 0)),
+    ('steps_per_revolution', 1): ('object_size', SMALL.format(4, 2)),
     ('steps_per_revolution', 65_536): (
         'speed_min',
         'at least 3.046 rad/s, for 200000 choices',

@@ -121,7 +121,7 @@ def test_planning_for_an_error_of_many_steps_halves_the_time_under_it():
 
 @pytest.mark.parametrize('error', [0.0, 0.003])
 def test_of_nods_that_all_serve_alike_the_slowest_is_chosen(error):
-    """All do where there is one row of cells: a beam of each column is there in each revolution."""
+    """Where there is one row of cells, every nod sees each of them in each revolution."""
     task = Task(pitch_min=-0.0175, pitch_max=0.0175)
     samples = np.arange(313, 8001, 16)
     best = plans(task, samples, Objective(), timing_error=error, count=2)
@@ -163,7 +163,7 @@ def test_a_choice_searches_no_margin_and_simulates_no_run_twice(monkeypatch):
 
 
 def test_what_never_completes_is_refused_by_name():
-    with pytest.raises(ParameterError, match="'object_size' must be such that each of the"):
+    with pytest.raises(ParameterError, match=r"'object_size' must be at least 0\.03068 m"):
         plans(Task(0.001, 5.0), BAND, Objective())
     with pytest.raises(
         ParameterError, match="'object_size' must be so large that some N_s hits every row"
@@ -172,7 +172,7 @@ def test_what_never_completes_is_refused_by_name():
     with pytest.raises(ParameterError, match="'azimuth' must be such that each of the"):
         plans(Task(azimuth=3.0), BAND, Objective())
     circle = Task(0.3, 2.0, full_circle=True, steps_per_revolution=37)  # columns between its steps
-    with pytest.raises(ParameterError, match="'object_size' must be such that each of the"):
+    with pytest.raises(ParameterError, match=r"'object_size' must be at least 0\.3393 m"):
         plans(circle, BAND, Objective())
     with pytest.raises(ParameterError, match='timing_error'):
         plans(Task(), BAND, Objective(revisit=1.0), timing_error=0.001)

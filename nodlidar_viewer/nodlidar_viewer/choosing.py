@@ -22,4 +22,5 @@ def samples_for(config: NodConfig) -> int:
     fewest = config.fewest_samples(task.span, task.beam_period)
     spread = np.linspace(fewest, SLOWEST * fewest, CANDIDATES).astype(np.int64)
     coprime = {coprime_from(n_s, task.steps_per_revolution) for n_s in spread.tolist()}
-    return quick_choice(even_rows(task), np.array(sorted(coprime, reverse=True)), config.timing_error)
+    slowest_first = np.array(sorted(coprime, reverse=True))
+    return quick_choice(even_rows(task), slowest_first, config.timing_error)

@@ -11,7 +11,7 @@ from nodlidar_common.rounding import rounded_up
 from nodlidar_planner.choice.timing_error import completion_run
 from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
-from nodlidar_planner.pattern.task import Task, wrapped
+from nodlidar_planner.pattern.task import size_of, Task, wrapped
 from nodlidar_planner.sweeps.schedule import even_rows
 from nodlidar_planner.sweeps.single_sweep import single_sweep
 import numpy as np
@@ -175,7 +175,7 @@ def _with_cells(task: Task, region: Region, config: NodConfig, step: float) -> T
     if region.cell:
         if region.cell < step:
             raise _too_small(region, 1.0, step)
-        size, distance = 2.0 * math.sin(region.cell / 2.0), 1.0
+        size, distance = size_of(region.cell, 1.0), 1.0
     else:
         size = region.object_size or config.object_size
         distance = region.object_distance or config.object_distance
@@ -209,6 +209,6 @@ def _too_small(region: Region, distance: float, step: float) -> ParameterError:
     if region.cell:
         limit = f'at least {rounded_up(step)} rad, a step of the lidar'
         return ParameterError('cell', limit, region.cell)
-    least = 2.0 * distance * math.sin(step / 2.0)
-    limit = f'at least {rounded_up(least)} m, a step of the lidar at {distance:g} m'
+    least = rounded_up(size_of(step, distance))
+    limit = f'at least {least} m, a step of the lidar at {distance:g} m'
     return ParameterError('object_size', limit, region.object_size)

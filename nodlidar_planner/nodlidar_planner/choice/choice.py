@@ -5,6 +5,7 @@ from functools import cache
 import math
 
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.rounding import rounded_up
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate, Plan, Progress
 from nodlidar_planner.choice.search import soonest
@@ -12,7 +13,7 @@ from nodlidar_planner.choice.timing_error import under_error
 from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.holes.hole import largest_hole
 from nodlidar_planner.pattern.start import pattern_from
-from nodlidar_planner.pattern.task import column_runs, Task
+from nodlidar_planner.pattern.task import column_runs, size_of, Task
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,8 +21,8 @@ Integers = NDArray[np.int64]
 
 # Margins as parts of the timing error. Candidates that complete soonest with a margin do well in
 # simulated runs; which margin is best depends on lidar, region and error. The quick choice uses
-# one, the shortlist has the best SHORTLIST candidates with each, and what ties with the last, up to
-# twice as many.
+# one. The shortlist has the best SHORTLIST candidates with each; with those that tie with the
+# last, up to twice as many.
 QUICK_MARGIN = 0.75
 MARGINS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 SHORTLIST = 12
@@ -133,8 +134,12 @@ def _check_columns(task: Task) -> None:
     """Raise ParameterError if some column has no beam, so that no nod ever completes."""
     seen = len(column_runs(task.column_of_step())[0])
     if seen < task.columns:
-        finer = task.cell < math.tau / task.steps_per_revolution
-        key = 'object_size' if finer or task.full_circle else 'azimuth'
+        step = math.tau / task.steps_per_revolution
+        if task.cell < step:
+            least = rounded_up(size_of(step, task.distance))
+            limit = f'at least {least} m, a step of the lidar at {task.distance:g} m'
+            raise ParameterError('object_size', limit, task.object_size)
+        key = 'object_size' if task.full_circle else 'azimuth'
         limit = f'such that each of the {task.columns} columns has a beam, not only {seen}'
         raise ParameterError(key, limit, getattr(task, key))
 

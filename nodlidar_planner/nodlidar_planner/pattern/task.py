@@ -206,6 +206,11 @@ def wrapped(azimuth: Angle) -> Angle:
     return (azimuth + math.pi) % math.tau % math.tau - math.pi
 
 
+def size_of(angle: float, distance: float) -> float:
+    """Return the size of an object [m] that subtends an angle [rad] at a distance [m]."""
+    return 2.0 * distance * math.sin(min(angle, math.pi) / 2.0)
+
+
 def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return first step and number of steps of each measured column, in order, (columns,).
 

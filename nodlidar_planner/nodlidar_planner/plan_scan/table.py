@@ -147,20 +147,21 @@ def _error_rows(answer: Answer) -> Iterator[tuple[str, str]]:
     lost = best.figures.completion_time - nominal.figures.completion_time
     yield (
         f'the nominal best, {name}',
-        f'{seconds(nominal.figures.completion_time)} without error, {seconds(lost)} less',
+        f'{seconds(nominal.figures.completion_time)} without error, {seconds(lost)} sooner',
     )
     yield 'and under that error', _completions(nominal)
     ratio = nominal.under_error.median / best.under_error.median
     if math.isfinite(ratio):
-        yield 'gain by planning for it', f'{number(ratio)} times as fast (median)'
+        gain = 'none' if number(ratio) == '1' else f'{number(ratio)} times as fast (median)'
+        yield 'gain by planning for it', gain
 
 
 def _completions(plan: Plan) -> str:
-    assert plan.under_error is not None
-    median, expected, p90 = (
-        seconds(getattr(plan.under_error, name)) for name in ('median', 'expected', 'p90')
-    )
-    return f'{median} (median), {expected} (expected), {p90} (90 %)'
+    times = plan.under_error
+    assert times is not None
+    some_never = math.isinf(times.expected) and math.isfinite(times.median)
+    expected = 'never in some runs' if some_never else f'{seconds(times.expected)} (expected)'
+    return f'{seconds(times.median)} (median), {expected}, {seconds(times.p90)} (90 %)'
 
 
 def _holes(plan: Plan) -> str:
