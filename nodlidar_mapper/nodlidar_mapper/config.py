@@ -91,7 +91,8 @@ class MapConfig(LoopConfig, TrackConfig):
 
     extend_map: bool = parameter(
         True,
-        'false: only find the robot in a saved map; needs map_folder',
+        'Extend the map while the robot drives; false: only find the robot in the map of '
+        'map_folder',
     )
     keyframe_distance: float = parameter(
         0.5, 'Motion after which the map is extended', unit='m', minimum=0.05, maximum=10.0

@@ -16,9 +16,9 @@ class MixedPixelConfig:
 
     mixed_pixel_angle: float = parameter(
         0.2,
-        'Points whose connection with a nearer neighbour in the scan is within this angle of the '
-        'beam, and that are off the line of those before it, are taken for mixed pixels and '
-        'removed; 0 keeps all',
+        'A point is taken for a mixed pixel and removed if the line to a nearer neighbour in the '
+        'scan is within this angle of the beam, and the point is not on the line of those before '
+        'that neighbour; 0 keeps all',
         unit='rad',
         minimum=0.0,
         maximum=1.5,

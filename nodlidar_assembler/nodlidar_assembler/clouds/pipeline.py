@@ -53,8 +53,8 @@ class PipelineConfig(
     )
     deskew_to: str = parameter(
         'last',
-        'With ego_motion deskew: the point of a cloud whose instant is that of all points, and '
-        'the stamp',
+        'With ego_motion deskew: all points of a cloud are as of the instant of its first or last '
+        'point, which is its stamp',
         choices=tuple(DESKEW_INSTANTS),
     )
     time_in_compensated_clouds: bool = parameter(

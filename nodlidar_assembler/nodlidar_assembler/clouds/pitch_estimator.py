@@ -34,7 +34,7 @@ class EstimatorConfig(JointSamplesConfig):
     )
     smoothing_margin: float = parameter(
         SMOOTHING_MARGIN,
-        'Time after a scan for whose joint samples trajectory waits; clouds are later by as much, '
+        'How long after a scan trajectory waits for joint samples; clouds are later by as much, '
         'or by the deadline if that is less',
         unit='s',
         minimum=0.0,

@@ -29,9 +29,8 @@ class ScanInputConfig:
     )
     scan_clock: str = parameter(
         'host',
-        'Clock of the scan stamps: host, as of the joint states, or device, the own clock of a '
-        'lidar, as of a microcontroller that was never set: the scan that came fastest of the '
-        'last 50 counts as not delayed',
+        'Clock of the scan stamps: host, that of the joint states, or device, the own clock of a '
+        'lidar that was never set. The fastest of the last 50 scans then counts as not delayed',
         choices=('host', 'device'),
     )
     time_increment: float = parameter(
