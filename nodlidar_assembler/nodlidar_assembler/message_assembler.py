@@ -8,6 +8,7 @@ from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
+from nodlidar_assembler.plausibility.scan_angles import angles_in_doubt
 from nodlidar_assembler.plausibility.scan_jitter import ScanJitter
 from nodlidar_assembler.scan_assembler import ScanAssembler
 from nodlidar_common.pose import Pose
@@ -37,6 +38,8 @@ class MessageAssembler(ScanAssembler):
         Counts the revolutions of the lidar without a scan.
     scan_jitter
         Of the stamps of scans.
+    scan_angles
+        How the angles of the last scan contradict each other; empty if they agree.
     """
 
     def __init__(
@@ -48,7 +51,7 @@ class MessageAssembler(ScanAssembler):
         super().__init__(config, mount)
         self._missing_odometry = missing_odometry
         self._scan_input = ScanInput(config)
-        self.scan_jitter = ScanJitter()
+        self.scan_jitter, self.scan_angles = ScanJitter(), ''
         self._pitch = 0.0  # the latest [rad]
         self._joint_came = False  # since the last scan
         # By how much stamps of joint states are ahead of that of the scan that came with them [s].
@@ -82,6 +85,7 @@ class MessageAssembler(ScanAssembler):
         except RefusedScanError as error:
             self.drops[error.reason] += 1
             raise
+        self.scan_angles = angles_in_doubt(message)
         self.scan_jitter.add(scan.stamp_ns, revolution_time(scan.geometry), self._pitch)
         if self._joint_came and self._joints.newest_ns is not None:
             self._ahead = (self._joints.newest_ns - scan.stamp_ns) / NS_PER_S

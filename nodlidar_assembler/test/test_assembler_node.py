@@ -11,12 +11,13 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.plausibility import stamp_drift
 from nodlidar_assembler.profiles import PROFILES
+from nodlidar_assembler.ros import diagnosis
 from nodlidar_assembler.ros.assembly_filter import SEVERAL
 from nodlidar_assembler.ros.node import Assembler
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.ros.messages import nod_from_message, time_message
-from nodlidar_common.stamps import time_ns
+from nodlidar_common.stamps import NS_PER_S, time_ns
 from nodlidar_msgs.msg import NodCommand
 from nodlidar_msgs.srv import AssembleScans
 from nodlidar_sim.world.scene import load_scene
@@ -292,6 +293,47 @@ def test_joint_states_of_a_clock_that_is_ahead_are_named(ahead, is_named):
         running.spin_until(lambda: not joints.missing_input)
         found = [text for text in diagnosis._warnings() if 'in the future' in text]
     assert [text.startswith("'nod_joint' is stamped ") for text in found] == [True] * is_named
+
+
+@pytest.mark.parametrize(
+    ('early', 'text'),
+    [
+        (-0.4, 'the end of each scan is stamped 0.4'),
+        (0.6, 'scans come 0.6'),
+        (0.1, ''),
+    ],
+)
+def test_scans_of_another_clock_are_named_from_the_start(log, monkeypatch, early, text):
+    """Joint states come at once; scans are stamped too early or too late."""
+    monkeypatch.setattr(stamp_drift, 'WINDOW_NS', NS_PER_S)
+    with bench() as running:
+        drift = running.node.diagnosis._drift
+
+        def send():
+            now_ns = time.time_ns()
+            running.states.publish(state_message(now_ns, 0.1))
+            stamp_ns = now_ns - SCAN_NS - round(early * NS_PER_S)
+            running.scans.publish(scan_message(replace(log.scans[0], stamp_ns=stamp_ns)))
+
+        running.feeder.create_timer(0.05, send)
+        running.spin_until(lambda: drift._apart_ns)
+        found = [each for each in running.node.diagnosis._warnings() if 'clocks' in each]
+        assert [each[: len(text)] for each in found] == ([text] if text else [])
+
+
+def test_scans_of_which_none_can_be_placed_are_an_error(log, monkeypatch):
+    monkeypatch.setattr(diagnosis, '_UNPLACED', 0.5)
+    with bench('deadline:=0.1') as running:
+
+        def send():
+            now_ns = time.time_ns()
+            running.states.publish(state_message(now_ns - 5 * NS_PER_S, 0.1))
+            stamp_ns = now_ns - SCAN_NS
+            running.scans.publish(scan_message(replace(log.scans[0], stamp_ns=stamp_ns)))
+
+        running.feeder.create_timer(0.05, send)
+        silent = running.node.diagnosis._silent
+        running.spin_until(lambda: any('no scan was placed for' in each for each in silent()))
 
 
 def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):

@@ -358,3 +358,13 @@ def test_a_joint_is_at_one_position_at_a_time():
     first, second = 1_700_000_000 * 10**9, 1_700_000_001 * 10**9
     assert found == [[(first, 0.1)], [(first, 0.1)], [], [(second, 0.2)]]
     assert drops == {JointInput.SAME_STAMP: 1}
+
+
+@pytest.mark.parametrize('range_min', [0.0, -5.0])
+@pytest.mark.parametrize('offset', [0.0, 0.05, -0.05])
+def test_zero_and_huge_ranges_are_no_measurements_whatever_the_limits(range_min, offset):
+    message = scan(range_min=range_min, range_max=INF, ranges=[0.0, 1.0, 1e30, INF, NAN])
+    found = taken(message, range_offset=offset)
+    measured = found.geometry.measured(found.ranges)
+    assert measured.tolist() == [False, True, False, False, False]
+    assert found.ranges[1] == pytest.approx(1.0 + offset)

@@ -33,6 +33,29 @@ def test_a_joint_that_moves_a_little_is_named_with_how_far():
     assert not watched(lambda ns: 0.6 * float(NOD.pitch(ns))).warning
 
 
+@pytest.mark.parametrize(
+    ('scale', 'zero', 'reached'),
+    [(57.3, 0.0, '-28.65 to 28.65'), (1.3, 0.0, '-0.65 to 0.65'), (1.0, 3.14, '2.64 to 3.64')],
+)
+def test_a_joint_that_goes_beyond_the_nod_is_named_with_where_it_goes(scale, zero, reached):
+    """As in degrees, with another gear ratio, or with a zero that is off by half a turn."""
+    assert watched(lambda ns: zero + scale * float(NOD.pitch(ns))).warning == (
+        f'the joint moves from {reached} rad, although the nod is from -0.50 to 0.50: '
+        'check the unit, zero and sign of its positions'
+    )
+
+
+def test_a_joint_that_overshoots_or_comes_from_elsewhere_is_not_named():
+    assert not watched(lambda ns: 1.18 * float(NOD.pitch(ns))).warning
+    assert not watched(lambda ns: float(NOD.pitch(ns)) * (2.0 if ns < 1900 * MS else 1.0)).warning
+    wide = Nod(-0.8, 0.8, 1.0, 10240, 0)
+    following = watched(lambda ns: float(wide.pitch(ns)), 3.3, nod=wide)
+    for ms in range(3300, 12000, 10):
+        nod = wide if ms < 4700 else NOD
+        following.add(ms * MS, float(nod.pitch(ms * MS)), NOD)
+        assert not following.warning
+
+
 def test_without_a_command_or_samples_nobody_knows():
     assert not watched(lambda ns: 0.0, nod=None).warning
     assert not watched(lambda ns: 0.0, period_ms=600).warning

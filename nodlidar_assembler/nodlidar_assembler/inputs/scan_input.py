@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-import math
 from typing import Any
 
 from nodlidar_assembler.clouds.geometry import revolution_time, ScanGeometry
@@ -63,6 +62,10 @@ class ScanInputConfig:
     )
 
 
+# Nearest and farthest range of any lidar [m]. Many drivers send 0, or a huge number, where it saw
+# nothing, and do not exclude that by range_min and range_max.
+_NEAREST, _FARTHEST = 1e-3, 1e6
+
 # All scans of a lidar have the same geometry.
 _geometry = lru_cache(maxsize=16)(ScanGeometry)
 
@@ -87,8 +90,8 @@ def scan_from_message(message: Any, config: ScanInputConfig = ScanInputConfig())
         angle,
         step,
         message.time_increment or config.time_increment,
-        max(message.range_min + offset, 0.0),
-        min(message.range_max + offset, config.max_range or math.inf),
+        max(max(message.range_min, _NEAREST) + offset, _NEAREST),
+        min(message.range_max + offset, config.max_range or _FARTHEST),
     )
     order = slice(None, None, -1 if config.last_beam_first else 1)
     ranges = np.frombuffer(message.ranges, dtype=np.float32)[order]

@@ -1,4 +1,4 @@
-"""Whether the joint follows the commanded nod, or stands still."""
+"""Whether the joint follows the commanded nod, or stands still, or goes elsewhere."""
 
 import math
 
@@ -7,6 +7,7 @@ from nodlidar_common.stamps import NS_PER_S
 
 # Joint samples farther apart [ns] do not show how far it moved in between.
 _LONGEST_GAP_NS = NS_PER_S // 2
+_BEYOND = 0.1  # rad, and share of the nod, by which a servo may overshoot its limits
 _CONFIRMED = 2  # nods up and down in a row; the first one has the way to it as well
 
 
@@ -16,26 +17,36 @@ class NodFollowing:
     def __init__(self) -> None:
         self._low = self._high = self._least_span = self._duration = 0.0
         self._few, self._moved, self._longest_ns = 0, 0.0, 0
+        self._far = 0
+        self._limits = self._allowed = self._reached = 0.0, 0.0
         self._last_ns = -_LONGEST_GAP_NS - 1
         self._begin(0, 0.0)
 
     @property
     def warning(self) -> str:
-        """How far the joint moved, if by less than half of the commanded nod; else empty."""
-        if self._few < _CONFIRMED:
+        """How far the joint moved, if by less than half of the nod, or beyond it; else empty."""
+        if self._few >= _CONFIRMED:
+            return f'the joint moves by {self._moved:.2f} rad, although a nod is commanded'
+        if self._far < _CONFIRMED:
             return ''
-        return f'the joint moves by {self._moved:.2f} rad, although a nod is commanded'
+        (low, high), (lower, upper) = self._reached, self._allowed
+        return (
+            f'the joint moves from {low:.2f} to {high:.2f} rad, although the nod is from '
+            f'{lower:.2f} to {upper:.2f}: check the unit, zero and sign of its positions'
+        )
 
     def add(self, time_ns: int, pitch: float, nod: Nod | None) -> None:
         """Add a joint sample [ns], [rad], and the nod that is commanded; None if there is none."""
         if nod is None or not 0 <= time_ns - self._last_ns <= _LONGEST_GAP_NS:
-            self._few = 0
+            self._few = self._far = 0
             self._begin(time_ns, pitch)
         self._last_ns = time_ns
         if nod is None:
             return
         self._low, self._high = min(self._low, pitch), max(self._high, pitch)
         self._least_span = min(self._least_span, nod.span)
+        lower, upper = self._limits
+        self._limits = min(lower, nod.pitch_min), max(upper, nod.pitch_max)
         self._note_duration(time_ns, 2.0 * nod.sweep_duration)
         moved = self._high - self._low
         follows = moved >= self._least_span / 2.0
@@ -43,7 +54,15 @@ class NodFollowing:
             self._few = 0
         if time_ns - self._begin_ns > self._duration * NS_PER_S:
             self._few, self._moved = self._few + (not follows), moved
+            self._far = self._far + 1 if self._is_beyond() else 0
+            self._reached, self._allowed = (self._low, self._high), self._limits
             self._begin(time_ns, pitch)
+
+    def _is_beyond(self) -> bool:
+        """Return whether the joint was outside of all limits of the nod since it began."""
+        lower, upper = self._limits
+        most = max(_BEYOND, _BEYOND * (upper - lower))
+        return bool(self._low < lower - most or self._high > upper + most)
 
     def _note_duration(self, time_ns: int, duration: float) -> None:
         """Note how long a nod takes up and down [s]; sweeps may differ, as in `interlaced`."""
@@ -54,3 +73,4 @@ class NodFollowing:
         self._begin_ns = self._longest_ns = time_ns
         self._low = self._high = pitch
         self._least_span, self._duration = math.inf, 0.0
+        self._limits = math.inf, -math.inf

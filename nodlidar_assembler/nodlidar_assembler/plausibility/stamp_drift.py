@@ -30,6 +30,7 @@ class StampDrift:
         self._least_late_ns: dict[str, int] = {}  # nearly the least of the window before
         self._first_ns: dict[str, int] = {}  # of the others, less that of scans
         self._moved_ns: dict[str, list[int]] = {}  # in the last windows
+        self._apart_ns: dict[str, int] = {}  # as _first_ns, in the last window
 
     def add(self, name: str, late_ns: int, now_ns: int) -> None:
         """Add a message.
@@ -66,7 +67,7 @@ class StampDrift:
         ):
             self._first_ns.clear()
         of_scans_ns = self._least_late_ns.get(SCANS)
-        apart_ns = {
+        apart_ns = self._apart_ns = {
             name: late_ns - of_scans_ns
             for name, late_ns in self._least_late_ns.items()
             if of_scans_ns is not None and name != SCANS
@@ -79,6 +80,10 @@ class StampDrift:
         self._first_ns = {
             name: self._first_ns.get(name, apart_now_ns) for name, apart_now_ns in apart_ns.items()
         }
+
+    def apart(self, name: str) -> float:
+        """Return how much longer than scans another input came, in the last window [s]."""
+        return self._apart_ns.get(name, 0) / NS_PER_S
 
     @property
     def moved(self) -> dict[str, float]:

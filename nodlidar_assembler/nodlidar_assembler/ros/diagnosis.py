@@ -16,7 +16,7 @@ from nodlidar_assembler.plausibility.stamp_drift import SCANS, StampDrift
 from nodlidar_assembler.plausibility.sweep_agreement import SweepAgreement
 from nodlidar_assembler.ros.assembly_filter import AssemblyFilter
 from nodlidar_assembler.ros.input import PolledInput, SingleInput
-from nodlidar_assembler.scan_assembler import ONE_INSTANT
+from nodlidar_assembler.scan_assembler import ONE_INSTANT, Outcome
 from nodlidar_common.nod import Nod
 from nodlidar_common.recent import Recent
 from nodlidar_common.ros.diagnostics import SteadyUpdater
@@ -31,6 +31,10 @@ _RECENT = 1.0  # s, for which drops, losses and errors are reported
 _BLIND = 3.0  # s without a range; in a hall, a sweep may have none for a second
 _BEHIND = 2.0  # s; scans that come so long after odometry of their time are of another clock
 _AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
+# s; what comes later after its stamp than the other input by more is of another clock. A scan that
+# does not state the time of its beams comes a revolution late.
+_APART = 0.3
+_UNPLACED = 5.0  # s beyond the deadline, in which no scan was placed
 
 
 class Diagnosis:
@@ -69,12 +73,14 @@ class Diagnosis:
     ) -> None:
         self._node, self._assembly, self._odometry = node, assembly, odometry
         self._joint_name, self._survival = config.joint_name, survival
+        self._longest = config.deadline + _UNPLACED  # without a scan that was placed [s]
         self._scans, self._states = scans, states
         self.counts = Counter(scans=0, beams=0, clouds=0, points=0)
         # A simulation may be so slow that the second message is late.
         first = math.inf if node.get_clock().ros_time_is_active else LEAST_SILENCE
         self._scan_silence, self._joint_silence = Silence(first), Silence(first)
         self._odometry_silence = Silence(first)
+        self._placed_ns: int | None = None  # when a scan was placed, or the first one came
         self._range_ns: int | None = None  # of the last scan with a range, or of the first one
         self._odometry_ns: int | None = None
         self._commanded, self._following = commanded, NodFollowing()
@@ -82,10 +88,13 @@ class Diagnosis:
         self._drifting = False
         assembly.samples.registerCallback(self._sample_arrived)
         assembly.odometry.registerCallback(self._odometry_arrived)
+        assembly.registerCallback(self._decided)
         self._recent = Recent(_RECENT)
         self._recent.add(steady_ns(), Counter())
         self._latency = self._restamped = 0.0
-        self._joint_ahead_ns = 0  # by how much the last joint state was stamped after its arrival
+        # By how much the last joint state, and the end of the last scan, were stamped after their
+        # arrival [ns].
+        self._joint_ahead_ns = self._scan_ahead_ns = 0
         self._behind = 0.0  # by how much the last scan ended before the newest odometry [s]
         self.agreement = SweepAgreement()
         self.updater = SteadyUpdater(node, config.frame_id, self._state)
@@ -95,8 +104,12 @@ class Diagnosis:
         """Count a scan."""
         now_ns = steady_ns()
         self.counts.update(scans=1, beams=len(scan.ranges))
+        if self._placed_ns is None or self._scan_silence.seconds(now_ns):
+            self._placed_ns = now_ns
         self._scan_silence.heard(now_ns, scan.stamp_ns)
-        self._note_late(SCANS, scan.end_ns, self._scans.arrived_ns)
+        arrived_ns = self._scans.arrived_ns
+        self._note_late(SCANS, scan.end_ns, arrived_ns)
+        self._scan_ahead_ns = scan.end_ns - arrived_ns if arrived_ns else 0
         if self._odometry is not None and self._odometry.newest_ns is not None:
             self._behind = (self._odometry.newest_ns - scan.end_ns) / NS_PER_S
         if self._range_ns is None or scan.geometry.measured(scan.ranges).any():
@@ -106,6 +119,10 @@ class Diagnosis:
         """Count a cloud, and note its latency after the last point."""
         self.counts.update(clouds=1, points=len(cloud.data))
         self._latency = (now_ns - int(cloud.time_ns[-1])) / NS_PER_S
+
+    def _decided(self, outcome: Outcome) -> None:
+        if outcome.assembled is not None:
+            self._placed_ns = steady_ns()
 
     def clock_was_set(self) -> None:
         """Forget what was learned from stamps of the time before."""
@@ -212,6 +229,7 @@ class Diagnosis:
             return ''
         inputs = {
             f"'{self._joint_name}'": self._joint_ahead_ns,
+            'the end of each scan': self._scan_ahead_ns,
             'odometry': 0 if odometry is None else odometry.ahead_ns,
         }
         name, ahead_ns = max(inputs.items(), key=lambda each: each[1])
@@ -219,6 +237,17 @@ class Diagnosis:
         if ahead < _AHEAD:
             return ''
         return f'{name} is stamped {ahead:.2f} s in the future: synchronise the clocks'
+
+    def _clocks_apart(self) -> str:
+        """Return whether scans or joint states come much later than the other ones."""
+        apart = self._drift.apart(self._joint_name)
+        if abs(apart) < _APART:
+            return ''
+        late, other = ('joint states', 'scans') if apart > 0.0 else ('scans', 'joint states')
+        return (
+            f'{late} come {abs(apart):.2f} s later after their stamps than {other}: if the clocks '
+            'differ, points are wrong; synchronise them'
+        )
 
     def _losses(self) -> Counter[str]:
         """Return the numbers of drops, losses, wrong clouds and internal errors so far."""
@@ -259,8 +288,18 @@ class Diagnosis:
         return status
 
     def _silent(self) -> list[str]:
-        texts = [f'no {name} for {silent:.1f} s' for name, silent in self._silences().items()]
-        return [*texts, *filter(None, [self._assembly.assembler.missing_input])]
+        silences = self._silences()
+        if 'scan' in silences and self._recent.counts:
+            silences['usable scan'] = silences.pop('scan')
+        texts = [f'no {name} for {silent:.1f} s' for name, silent in silences.items()]
+        texts += filter(None, [self._assembly.assembler.missing_input])
+        return texts or self._unplaced()
+
+    def _unplaced(self) -> list[str]:
+        """Return for how long scans have come of which none was placed; nothing if some were."""
+        now_ns = steady_ns()
+        unplaced = 0.0 if self._placed_ns is None else (now_ns - self._placed_ns) / NS_PER_S
+        return [f'no scan was placed for {unplaced:.0f} s'] if unplaced > self._longest else []
 
     def _warnings(self) -> list[str]:
         texts = [
@@ -274,7 +313,8 @@ class Diagnosis:
         """Return what is wrong with inputs that come; empty texts for what is not."""
         return [
             self._blindness(),
-            self._clock_ahead(),
+            self._clock_ahead() or self._clocks_apart(),
+            self._assembly.assembler.scan_angles,
             '' if self._odometry is None else self._odometry_check.warning,
             self._assembly.assembler.joint.scatter.warning,
             self._assembly.assembler.scan_jitter.warning,
