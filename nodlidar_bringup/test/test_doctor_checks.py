@@ -169,9 +169,14 @@ FAULTS = [
         'end the launch that runs (Ctrl-C)',
     ),
     (
-        check_graph(Graph(NODES, tuple(TOPICS.values()), inactive=('/driver',))),
+        check_graph(Graph(NODES, tuple(TOPICS.values()), inactive={'/driver': False})),
         'node not active',
         'lifecycle set /driver activate',
+    ),
+    (
+        check_graph(Graph(NODES, tuple(TOPICS.values()), inactive={'/servo': True})),
+        'node not active',
+        'end the launch that runs (Ctrl-C)',
     ),
     (
         graph(scan=Topic('scan', (Endpoint('/driver'), Endpoint('/urg_node2')))),

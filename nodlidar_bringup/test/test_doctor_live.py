@@ -68,8 +68,9 @@ def faulty_system():
         scan.header.stamp = Time(nanoseconds=now_ns + FUTURE).to_msg()
         scans.publish(scan)
         state = JointState(name=['left_nod_joint'], position=[0.0])
-        state.header.stamp = Time(nanoseconds=now_ns - 10**7).to_msg()
-        joints[0].publish(state)
+        for late_ns in (10**7, 2 * 10**7):
+            state.header.stamp = Time(nanoseconds=now_ns - late_ns).to_msg()
+            joints[0].publish(state)
         tree = TFMessage()
         for parent in ('base_link', 'nodlidar_tilt_link'):
             transform = TransformStamped(child_frame_id='laser')
@@ -98,8 +99,13 @@ def test_each_fault_is_named(faulty_system, capsys):
     assert {
         *('port missing', 'two nodes of one name', 'no simulated time', 'no publisher'),
         *('two publishers', 'quality of service', 'stamps in the future', 'unknown frame'),
-        *('lidar sees nothing', 'joint missing', 'two parents', 'transform missing', 'reported'),
+        'stamps go back',
+        *('lidar sees nothing', 'joint missing', 'two parents', 'reported'),
     } <= found.keys()
+    # That of the nod is missing since no position of the joint comes.
+    (tilt,) = (each for each in findings if each['check'] == 'transform missing')
+    assert tilt['level'] == 'unknown'
+    assert report['subjects']['mount'] == []
     missing, _ = (each for each in findings if each['check'] == 'port missing')
     assert '/dev/ttyACM77' in missing['text']  # the parameter of the driver
     assert 'supply the servo' in found['reported']['remedy']
@@ -159,8 +165,12 @@ def test_a_joint_whose_position_is_missing_is_a_fault(capsys):
         states = servo.create_publisher(JointState, 'joint_states', 5)
         state = JointState(name=['arm', 'nod_joint'], position=[0.0])
         servo.create_timer(0.05, lambda: states.publish(state))
-        messages = subjects(capsys, '--namespace', '/short/')['messages']
-    assert 'no joint position' in [finding['check'] for finding in messages]
+        found = subjects(capsys, '--namespace', '/short/')
+    assert 'no joint position' in [finding['check'] for finding in found['messages']]
+    assert found['mount'] == []
+    # That of the nod is missing since no position of the joint comes.
+    (tilt,) = (each for each in found['transforms'] if 'of which none come' in each['text'])
+    assert tilt['level'] == 'unknown'
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,8 @@
 """Checks of the running nodes and their topics."""
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
 
@@ -62,7 +62,7 @@ class Graph:
     namespace
         Of the sensor, without a slash at the end.
     inactive
-        Lifecycle nodes that are not active.
+        Lifecycle nodes that are not active, and whether they are finalized, for good.
     mute
         Nodes that take requests, but answer none.
     other_joints
@@ -75,7 +75,7 @@ class Graph:
     on_sim_time: tuple[str, ...] = ()
     clock_published: bool = False
     namespace: str = ''
-    inactive: tuple[str, ...] = ()
+    inactive: Mapping[str, bool] = field(default_factory=dict)
     mute: tuple[str, ...] = ()
     other_joints: bool = False
 
@@ -140,14 +140,17 @@ def _mute(names: Sequence[str]) -> list[Finding]:
     ]
 
 
-def _inactive(names: Sequence[str]) -> list[Finding]:
+def _inactive(nodes: Mapping[str, bool]) -> list[Finding]:
     return [
         fault(
             'node not active',
-            f"'{name}' runs, but is not active, so it publishes nothing",
-            f'ros2 lifecycle set {name} configure; ros2 lifecycle set {name} activate',
+            f"'{name}' runs, but is {'finalized' if finalized else 'not active'}, so it publishes "
+            'nothing',
+            START_AGAIN
+            if finalized
+            else f'ros2 lifecycle set {name} configure; ros2 lifecycle set {name} activate',
         )
-        for name in names
+        for name, finalized in nodes.items()
     ]
 
 

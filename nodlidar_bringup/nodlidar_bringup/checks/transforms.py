@@ -29,7 +29,7 @@ class Frames:
     assembler_lever
         The same, by the assembler's parameter laser_xyz [m]; None if unknown.
     joints_come
-        Whether joint states come, from which the transform of the nod is made.
+        Whether positions of the joint come, from which the transform of the nod is made.
     """
 
     parents: Mapping[str, frozenset[str]] = field(default_factory=dict)
@@ -65,7 +65,7 @@ def _missing(frames: Frames) -> list[Finding]:
         if child not in frames.parents:
             text = f"nobody publishes the transform from '{parent}' to '{child}'"
             if child == frames.needed[1] and not frames.joints_come:
-                text = f'{text}: it is made from joint states, of which none come'
+                text = f'{text}: it is made from positions of the joint, of which none come'
                 findings.append(unknown('transform missing', text))
             else:
                 findings.append(fault('transform missing', text, _MODEL))

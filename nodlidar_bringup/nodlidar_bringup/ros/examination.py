@@ -12,7 +12,7 @@ from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP
 from nodlidar_bringup import argument_values
 from nodlidar_bringup.checks.ask import ask
 from nodlidar_bringup.checks.diagnostics import check_diagnostics
-from nodlidar_bringup.checks.finding import fault, Finding
+from nodlidar_bringup.checks.finding import fault, Finding, Level
 from nodlidar_bringup.checks.graph import check_graph, Graph, is_running, LIFECYCLE, SOURCES
 from nodlidar_bringup.checks.host import check_host
 from nodlidar_bringup.checks.host_facts import HostWatch
@@ -139,12 +139,15 @@ def _examine_with(node: Node, options: Namespace) -> tuple[list[Section], Settin
         other_joints=watch.has_other_joints(f'{prefix}{JOINT}'),
     )
     frames = _frames(watch, prefix, settings)
+    messages = _of_messages(watch, lasts, prefix, graph, settings)
+    # Clouds of wrong messages do not show the mount.
+    wrong = any(finding.level == Level.FAULT for finding in messages)
     return (
         [
             Section('nodes', check_graph(graph)),
-            Section('messages', _of_messages(watch, lasts, prefix, graph, settings)),
+            Section('messages', messages),
             Section('transforms', check_frames(frames)),
-            Section('mount', _of_mount(watch, frames, prefix)),
+            Section('mount', [] if wrong else _of_mount(watch, frames, prefix)),
             Section('diagnostics', check_diagnostics(watch.statuses, space)),
         ],
         settings,
@@ -225,7 +228,7 @@ def _frames(watch: SystemWatch, prefix: str, settings: Settings) -> Frames:
         watch.traffic('scan').frames,
         None if laser is None else _position(laser),
         None if assembler is None else tuple(assembler),
-        bool(watch.traffic('joint_states').steps),
+        any(map(math.isfinite, watch.content(f'{prefix}{JOINT}').positions)),
     )
 
 

@@ -35,15 +35,16 @@ def mute(node: Node, names: Iterable[str]) -> tuple[str, ...]:
     return _answers(node, GetParameters, 'get_parameters', requests)[1]
 
 
-def inactive(node: Node, names: Iterable[str]) -> tuple[str, ...]:
-    """Return the lifecycle nodes among some that are not active."""
+def inactive(node: Node, names: Iterable[str]) -> dict[str, bool]:
+    """Return which of some lifecycle nodes are not active, and whether these are finalized."""
     requests = {name: GetState.Request() for name in names}
     answers, _ = _answers(node, GetState, 'get_state', requests)
-    return tuple(
-        name
-        for name, answer in answers.items()
-        if answer.current_state.id != State.PRIMARY_STATE_ACTIVE
-    )
+    states = {name: answer.current_state.id for name, answer in answers.items()}
+    return {
+        name: state == State.PRIMARY_STATE_FINALIZED
+        for name, state in states.items()
+        if state != State.PRIMARY_STATE_ACTIVE
+    }
 
 
 def _answers(

@@ -180,7 +180,7 @@ class SystemWatch:
 
     def content(self, joint_name: str) -> Content:
         """Return what scans and joint states say."""
-        scans = [message for *_, message in self._arrivals['scan'] if len(message.ranges)]
+        scans = [message for *_, message in self._arrivals['scan'] if _has_ranges(message)]
         valid = [float(np.mean(seen(scan))) for scan in scans]
         names: set[str] = set()
         positions = []
@@ -202,6 +202,11 @@ class SystemWatch:
                 clouds.append(coordinates(cloud))
                 count += len(clouds[-1])
         return np.concatenate(clouds) if clouds else np.zeros((0, 3))
+
+
+def _has_ranges(scan: LaserScan) -> bool:
+    """Return whether any range can be within the limits that a scan states."""
+    return bool(len(scan.ranges)) and not scan.range_min > scan.range_max
 
 
 def watched(arrivals: Sequence[int], end_ns: int, seconds: float) -> float:
