@@ -1,5 +1,6 @@
 """When and where the maps of a node are saved."""
 
+import errno
 from pathlib import Path
 import threading
 from types import SimpleNamespace
@@ -91,6 +92,19 @@ def test_a_map_that_ends_while_its_keyframes_are_saved_is_saved_after_that(kept,
         ('keyframes', folder, ('a', 'b')),
         ('others', folder, ('a', 'b')),
     ]
+
+
+def test_a_map_that_cannot_be_saved_is_told_until_it_can(kept, disk, monkeypatch):
+    def fail(*_):
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    save = kept_map.save_keyframes_of
+    monkeypatch.setattr(kept_map, 'save_keyframes_of', fail)
+    step_until(kept, lambda: kept.unsaved, snapshot('a'))
+    assert kept.unsaved == 'the map was not saved: No space left on device'
+    monkeypatch.setattr(kept_map, 'save_keyframes_of', save)
+    step_until(kept, lambda: not kept.unsaved, snapshot('a'))
+    assert disk.kinds_and_keyframes == [('keyframes', ('a',))]
 
 
 def test_at_the_end_all_keyframes_come_first_each_map_in_its_folder(kept, disk):

@@ -325,7 +325,7 @@ def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
         until(saved)  # while it drives
     (file,) = saved()
     assert len(load(file.parent, mapper.config).mapper.map.keyframes) == 1
-    mapper.output._kept._after_ns = 2**63
+    mapper.output.kept._after_ns = 2**63
     drive(running, 2, [planar(0.6, 0.0, 0.0)], [planar(0.6, 0.0, 0.0)])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(kept_map, 'save', lambda *_, **__: 1 / 0)  # killed while it saves the rest

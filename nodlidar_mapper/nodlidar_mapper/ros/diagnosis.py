@@ -45,7 +45,7 @@ class Diagnosis:
         self._note_drops()
         silent = list(self._silent()), self._unheard()
         dropped = bool(self._recent.counts), self._node.clouds.unused > UNUSED
-        return silent, self._lost(), dropped, self._shared()
+        return silent, self._lost(), dropped, self._shared(), self._node.output.kept.unsaved
 
     def _silent(self) -> dict[str, float]:
         """Return since when there is no cloud [s], for each topic that is silent."""
@@ -115,6 +115,8 @@ class Diagnosis:
         elif snapshot.estimate.lost:
             text = f'lost: {snapshot.estimate.lost}'
             status.summary(DiagnosticStatus.ERROR, text)
+        if unsaved := node.output.kept.unsaved:
+            status.mergeSummary(DiagnosticStatus.ERROR, unsaved)
         for topic, silent in self._silent().items():
             status.mergeSummary(DiagnosticStatus.ERROR, f'no cloud on {topic} for {silent:.1f} s')
         if node.clouds.unused > UNUSED:

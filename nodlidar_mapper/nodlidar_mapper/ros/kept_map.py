@@ -16,6 +16,7 @@ from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.live import make_parent, save, save_keyframes_of
+from nodlidar_mapper.output.grid import EmptyMapError
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 PERIOD = 30.0  # s
@@ -33,6 +34,11 @@ class KeptMap:
     config, log
         Nothing is saved without save_folder.
 
+    Attributes
+    ----------
+    unsaved
+        Why the newest map could not be saved; empty if it could.
+
     Raises
     ------
     ParameterError
@@ -41,6 +47,7 @@ class KeptMap:
 
     def __init__(self, config: MapperConfig, log: RcutilsLogger) -> None:
         self._config, self._log = config, log
+        self.unsaved = ''
         self._thread, self._finishing = Background(), Background()
         self._ended: deque[tuple[Path, MapSnapshot]] = deque()  # whose keyframes are not saved yet
         self._unfinished: deque[tuple[Path, MapSnapshot]] = deque()  # whose other files are not
@@ -93,7 +100,11 @@ class KeptMap:
         return wanted and self._saved != snapshot.keyframes
 
     def _save_in_background(self, map_in_folder: tuple[Path, MapSnapshot]) -> None:
-        self._thread.start(lambda: self._save_keyframes(*map_in_folder), lambda _: None)
+        self._thread.start(lambda: self._save_keyframes(*map_in_folder), self._note_saved)
+
+    def _note_saved(self, _: None) -> None:
+        if self.unsaved:
+            self._saved = []  # they are tried again, although they have not changed
 
     def _finish_in_background(self, map_in_folder: tuple[Path, MapSnapshot]) -> None:
         self._finishing.start(lambda: self._finish(*map_in_folder), lambda _: None)
@@ -110,6 +121,7 @@ class KeptMap:
     def _save_keyframes(self, folder: Path, snapshot: MapSnapshot) -> None:
         with self._telling():
             save_keyframes_of(folder, snapshot)
+            self.unsaved = ''
 
     def _finish(self, folder: Path, snapshot: MapSnapshot) -> None:
         with self._telling():
@@ -138,11 +150,14 @@ class KeptMap:
 
     @contextmanager
     def _telling(self) -> Iterator[None]:
-        """Log why a map was not saved."""
+        """Log and note why a map was not saved."""
         try:
             yield
+        except EmptyMapError as error:
+            self._log.error(f'the map was not saved: {error}')
         except (NodlidarError, OSError) as error:
-            self._log.error(f'the map was not saved: {in_words(error)}')
+            self.unsaved = f'the map was not saved: {in_words(error)}'
+            self._log.error(self.unsaved)
 
 
 def _check(save_folder: str) -> None:

@@ -42,6 +42,8 @@ class MapOutput:
 
     Attributes
     ----------
+    kept
+        The map in save_folder.
     snapshot
         What is known after the last cloud; None without any.
     unanswered
@@ -52,7 +54,7 @@ class MapOutput:
         self, node: Node, config: MapperConfig, on_load: Callable[[LiveMapper], None]
     ) -> None:
         self._config, self._on_load, self._log = config, on_load, node.get_logger()
-        self._kept = KeptMap(config, self._log)
+        self.kept = KeptMap(config, self._log)
         self.snapshot: MapSnapshot | None = None
         self.unanswered = 0
         self._thread = Background()
@@ -81,12 +83,12 @@ class MapOutput:
 
     def begin(self) -> None:
         """Let another map begin: the one that was drawn is saved if wanted, and forgotten."""
-        self._kept.begin(self.snapshot)
+        self.kept.begin(self.snapshot)
         self.snapshot, self._draw_after_ns, self._drawn = None, 0, []
 
     def step(self) -> None:
         """Take what is ready, and start what is next; raise what failed."""
-        self._kept.step(self.snapshot)
+        self.kept.step(self.snapshot)
         self._thread.deliver()
         if self._thread.busy:
             return
@@ -97,7 +99,7 @@ class MapOutput:
 
     def end(self) -> None:
         """Save the map where save_folder wants it; do what was asked for, too late to answer."""
-        self._kept.end(self.snapshot)
+        self.kept.end(self.snapshot)
         self._thread.end()
         while self._requests:
             attempt, _ = self._requests.popleft()

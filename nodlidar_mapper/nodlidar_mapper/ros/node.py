@@ -190,9 +190,10 @@ class MapperNode(Node):
         return self.output.unanswered > 0
 
     def destroy_node(self) -> None:
-        """Save the map, wait for the threads, then destroy the node."""
+        """Save the map, wait for the threads, then destroy the node; note if it was not saved."""
         self.output.end()
         self._matching.end()
+        self.failed = bool(self.output.kept.unsaved)
         super().destroy_node()
 
 
