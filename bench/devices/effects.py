@@ -41,7 +41,7 @@ LEAST_SHARE = 0.01  # of the points lost, or of the beams repeated, that counts
 NONE, LIDAR, SERVO, PEOPLE, ALL = 'none', 'lidar', 'servo', 'people', 'all'
 SETS = {LIDAR: 'urg_04lx_ug01', SERVO: 'rx24f'}
 LINEAR = 0.58  # pitch up to which the nod is steady; beyond, it reverses [rad]
-THINNING = 10  # one of so many points is compared with the surfaces
+THINNING = 10  # one of this many points is compared with the surfaces
 
 # The building is of the corridor's kind.
 SCENES = [name for name in scene_names() if name != 'building']

@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.faults.fault_log import Status
 
-_SILENT = 1.5  # diagnostics that are late by so many of their periods are missing
+_SILENT = 1.5  # diagnostics that are late by this many of their periods are missing
 _NUMBER = re.compile(r'[-+]?\d[\d.]*')
 
 

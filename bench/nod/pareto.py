@@ -58,7 +58,7 @@ NOD = Task()
 REGION = replace(NOD, pitch_min=-0.55, pitch_max=0.55)
 # The same in squares as wide as a step of azimuth, one around every step.
 FINE = replace(REGION, object_size=4.0 * sin(pi / 1024), azimuth=340.5 * tau / 1024)
-NEAR, QUERIES = 0.1, 200  # density: distance [m] from so many points of the surfaces
+NEAR, QUERIES = 0.1, 200  # density: distance [m] from this many points of the surfaces
 
 SENSOR, RX24F = joints_at(100.0), load_servo('rx24f')
 HELD, CANNOT_REVERSE = 'holds it', 'cannot reverse so soon'

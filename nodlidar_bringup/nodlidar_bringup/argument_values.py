@@ -45,7 +45,7 @@ _CONFIGURATIONS: dict[str, type[Any]] = {
     'viewer': ViewerConfig,
 }
 _LIMITS = {each.name: limits_of(each) for each in fields(AssemblerConfig)}
-# Of each number of an argument: those of the parameter that it becomes or is like.
+# The limits of each number of an argument are those of the parameter that it becomes or is like.
 _PLACES = {
     'mount_xyz': _LIMITS['sensor_height'],
     'mount_rpy': _LIMITS['laser_rpy'],

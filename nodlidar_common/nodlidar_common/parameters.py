@@ -20,7 +20,7 @@ from typing import Any
 from nodlidar_common.errors import ParameterError
 
 _KEY = 'nodlidar_parameter'
-# Of names that mean the same; no two parameters of the nodes are so much alike.
+# Names at least this similar are taken for a misspelling; no two parameters of the nodes are.
 _ALIKE = 0.85
 
 

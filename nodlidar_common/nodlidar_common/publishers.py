@@ -47,7 +47,7 @@ class Publishers:
             return 0
         own = [stream for stream in self._streams if 0 < number - stream[1] <= MOST_LOST]
         if own:
-            # Of equal ones, that of the latest publisher: an old one may have ended there.
+            # The latest publisher, if numbers are equal: an old one may have ended there.
             stream = max(own, key=lambda stream: (stream[1], stream[0]))
             self.lost += number - stream[1] - 1
         else:

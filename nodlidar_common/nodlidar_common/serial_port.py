@@ -14,7 +14,7 @@ import serial
 TCP = 'tcp://'
 TCP_PORT = 10940  # that of lidars of SCIP 2.0
 
-LONGEST_WRITE = 1.0  # s; a device that takes nothing for so long has failed
+LONGEST_WRITE = 1.0  # s; a device that takes nothing for this long has failed
 
 _HINTS = {
     errno.ENOENT: 'it does not exist; is the device plugged in?',

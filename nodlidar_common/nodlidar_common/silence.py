@@ -6,7 +6,7 @@ from statistics import median
 from nodlidar_common.stamps import NS_PER_S
 
 LEAST_SILENCE = 0.5  # [s]; shorter pauses come from the host, not the sensor
-_INTERVALS = 4.0  # a pause of so many usual intervals is a silence
+_INTERVALS = 4.0  # a pause of this many usual intervals is a silence
 _REMEMBERED = 5  # intervals, whose median is usual: a single pause does not change it
 
 

@@ -6,9 +6,9 @@ import termios
 
 from serial.urlhandler import protocol_socket
 
-# Connecting to an address takes so long at most [s], which nothing interrupts. A lidar in the same
-# network answers at once, and a lost packet is sent again after 1 s. It holds for all connections
-# of pyserial in this process.
+# Connecting to an address takes at most this long [s], which nothing interrupts. A lidar in the
+# same network answers at once, and a lost packet is sent again after 1 s. It holds for all
+# connections of pyserial in this process.
 LONGEST_CONNECTING = 1.5
 protocol_socket.POLL_TIMEOUT = LONGEST_CONNECTING
 

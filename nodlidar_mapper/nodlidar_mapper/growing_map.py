@@ -17,7 +17,7 @@ import numpy as np
 
 RECENT = 6  # clouds from which new surfaces are taken
 # A keyframe also shows what is free. That of a robot that stands may begin with a part of a sweep,
-# so a cloud that has so many times as many points as the keyframes at its place is one, too.
+# so a cloud that has this many times as many points as the keyframes at its place is one, too.
 MORE = 2.0
 KNOWN = 0.9  # share of a cloud's points near the map; below it, the map is extended
 

@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 # At first and in the end [rad]:
 OFF_LEVEL = 0.1, 0.03  # a plane farther off is neither a floor nor a wall,
-DOUBTED = 0.03, 3e-3  # ... and one so far off counts half
+DOUBTED = 0.03, 3e-3  # ... and one this far off counts half
 SPREAD = 3e-4  # of floors and walls [rad]
 
 

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 CELL = 0.3  # edge of the cubes in which a surface is taken for flat [m]
-EDGE = 0.05  # beams that end so much closer than the gate to another plane do not count [m],
+EDGE = 0.05  # beams that end this much closer than the gate to another plane do not count [m],
 PARALLEL = 0.9  # ... unless this is the cosine of the angle between the two, or more
 GRAZING = 0.15  # cosine of incidence below which a beam does not count
 PATCH = 0.2  # edge of the cubes in which a surface is all of a plane, or is not [m]

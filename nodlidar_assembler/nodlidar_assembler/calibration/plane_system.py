@@ -40,7 +40,7 @@ BIAS = 0.01  # of ranges: Kneip et al., ICRA 2009, and Okubo et al., 2009, found
 TILT = 0.2  # of the base about its x axis [rad]
 REDESCENDING = 4.0  # standard deviations; Tukey's biweight ignores what is farther off
 BEND = 3e-3  # of the smooth error of an encoder, as of usual servos [rad],
-BENDS_BEFORE = 0.5  # ... which counts as much as so many errors that the data determine
+BENDS_BEFORE = 0.5  # ... which counts as much as this many errors that the data determine
 KNOTS = np.linspace(-1.6, 1.6, 25)  # of nod angle, between which it is linear [rad]
 ALIKE = 0.5  # difference of nod angles whose errors are alike: a few waves per turn [rad]
 ROUGH = 0.1  # share of an encoder's error that is alike nowhere
@@ -217,7 +217,7 @@ class PlaneSystem:
         """Return each unknown minus its prior mean, where that is known, and the information."""
         planes = len(at.planes)
         deviation = np.zeros(self._first + _OF_PLANE * planes)
-        # Of slopes and offsets, it keeps a plane without weight in place.
+        # That of slopes and offsets keeps a plane without weight in place.
         spread = np.ones(len(deviation))
         for column, name in enumerate(self.names):
             deviation[column] = getattr(at.values, name) - getattr(self._expected, name)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LEVEL_SCANS = ('off', 'sweep', 'scan')
-# Hits so many standard deviations behind the nearest of an azimuth are of the same surface, and
+# Hits this many standard deviations behind the nearest of an azimuth are of the same surface, and
 # averaged: the nearest alone would be too near by the noise, of a few hits by about half of this.
 SAME_SURFACE = 4.0
 

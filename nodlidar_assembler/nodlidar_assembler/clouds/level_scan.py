@@ -29,19 +29,19 @@ from nodlidar_common.time_order import TIME_JUMP_NS
 import numpy as np
 from numpy.typing import NDArray
 
-# Of every so many beams, the pitch is searched for reversals: 11 per scan of a URG-04LX.
+# Reversals are searched for in the pitch of one beam of this many: 11 per scan of a URG-04LX.
 _THINNED = 64
-# A beam that returns nothing is followed for so many times level_scan_range, or to range_max.
+# A beam that returns nothing is followed for this many times level_scan_range, or to range_max.
 _REACH = 10.0
-# The usual interval of scans is the median of the last ones. One that is longer than so many times
-# that leaves out two rows or more.
+# The usual interval of scans is the median of the last ones. One that is this many times as long
+# leaves out two rows or more.
 _INTERVALS, _LONGEST_INTERVAL = 21, 2.5
 # A sweep that takes less than this share of the one before is its return, with few rows.
 _RETURN = 0.5
-# A nod without a reversal for so many times what it took before rests.
+# A nod without a reversal for this many times what it took before rests.
 _RESTS = 2
 # A sweep that lacks more than this share of the span of this and the sweeps before turned back
-# between its limits. After so many, narrower limits are taken for the nod's.
+# between its limits. After this many, narrower limits are taken for the nod's.
 _LACKING, _SWEEPS = 0.1, 3
 
 

@@ -27,8 +27,8 @@ SAME = 1e-5  # difference of samples at the same step of the encoder, at most [r
 LEAST_STEP = 3e-5  # of an encoder, about 18 bits [rad]; a finer one hardly errs by it
 MOST_STEP = 5.2e-3  # of the coarsest encoder, 300 degrees in 1024 steps [rad]
 MOST_NOISE = 2.5e-3  # beyond rounding, or the encoder's step if larger, RMS [rad]; more is motion
-# Of what is white beyond a step of the encoder: neither if it is all noise, nor if it is all
-# motion, lines from sample to sample are hardly better.
+# What is white beyond a step of the encoder is noise by this share, else motion. Whether it is all
+# noise or all motion, lines from sample to sample are hardly better.
 SHARE_OF_NOISE = 0.25
 FIRST_INTENSITY = 3.0 * ROUGHNESS  # of an interval that no scan has fitted yet
 LEAST_REST = 1e-3  # share of a sample's residual that the fit leaves, at least

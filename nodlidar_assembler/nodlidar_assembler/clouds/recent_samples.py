@@ -10,8 +10,8 @@ Times = NDArray[np.int64]
 # Height of a reversal that missing samples may cut off [rad].
 MOST_CUT = 0.015
 _KEPT = 100  # samples
-_SHORTER = 20  # one gap in so many is shorter than the usual one
-# A gap so many times the usual one means that samples are missing.
+_SHORTER = 20  # one gap in this many is shorter than the usual one
+# A gap this many times the usual one means that samples are missing.
 _MISSING = 1.5
 # A larger change of speed [rad/s] is a jump, not a reversal.
 _LARGEST_SPEED_CHANGE = 100.0

@@ -5,10 +5,10 @@ from nodlidar_common.errors import ScanError
 import numpy as np
 from numpy.typing import NDArray
 
-# Fewer ranges than these may repeat by chance. If every second one did, all of so many would once
-# in a million scans.
+# Fewer ranges than these may repeat by chance. If every second one did, all of these would once in
+# a million scans.
 _FEWEST = 20
-# Of so many scans in a row with the same ranges and pitch, all are of a sensor that rests.
+# After this many scans in a row with the same ranges and pitch, the sensor rests.
 _RESTING = 10
 
 

@@ -12,7 +12,7 @@ import numpy as np
 MOST_REVERSALS = 3000
 # Scans in one cloud, also if their stamps are equal: half a minute at 100 per second.
 MOST_SCANS = 3000
-# A nod without a reversal for so many times what it usually takes rests. Usual is the second
+# A nod without a reversal for this many times what it usually takes rests. Usual is the second
 # longest of the last clouds: one may be a rest, and every second sweep a fast return. Shorter ones
 # than _SHORTEST [s] need no end.
 RESTS, _SHORTEST = 2, 1.5

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 # Candidates lie between the planned N_s divided and multiplied by this.
 BAND = 1.25
-# At most so many candidates, and so many samples in all of them: the command waits for the choice.
+# At most this many candidates, with this many samples in all: the command waits for the choice.
 # With a timing error neighbours complete alike, so more would hardly find better ones.
 CANDIDATES, SAMPLES = 32, 256_000
 # To prevent hunting, a choice stays until span or cell change by more than this share, or the

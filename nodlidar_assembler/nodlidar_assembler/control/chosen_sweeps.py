@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 # A choice needs this time [s]: to be computed, and to reach the servo before the reversal.
 LEAST_NOTICE = 0.04
-# It is made at most so many scans before the reversal: each scan is an occasion to choose.
+# It is made at most this many scans before the reversal: each scan is an occasion to choose.
 MOST_SCANS = 1.5
 # Cells unseen after this time [s] are out of reach: the next round begins.
 LONGEST_ROUND = 60.0

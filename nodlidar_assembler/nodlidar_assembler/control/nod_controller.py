@@ -18,7 +18,8 @@ from nodlidar_planner.sweeps.schedule import even_rows, shortest_interlaced
 import numpy as np
 from numpy.typing import NDArray
 
-# Of interlaced sweeps, in rows of the slowest N_s: absorbs the error of the servo.
+# Neighbouring interlaced sweeps overlap by this share of a row of the slowest N_s, for the error
+# of the servo.
 OVERLAP = 0.3
 
 

@@ -13,7 +13,7 @@ from nodlidar_common.time_order import TIME_JUMP_NS
 import numpy as np
 from numpy.typing import NDArray
 
-# The time limit unless one is given: so many predicted times, but at least so long [s].
+# The time limit unless one is given: this many predicted times, but at least this long [s].
 PATIENCE, LEAST_LIMIT = 3.0, 5.0
 # Cells of the finest grid, in which repeats are counted: four bytes each. It has fewer rows for
 # that than the nod has samples.

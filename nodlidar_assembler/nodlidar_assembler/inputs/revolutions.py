@@ -147,7 +147,7 @@ class Revolutions:
         spread = float(centred @ centred) + _NOMINAL_WEIGHT
         excess = float(centred @ (offsets - mean)) / spread
         self._period_ns = self._nominal_ns + excess
-        # Of the next stamp: so far the nominal period is believed, by its weight.
+        # How far off the next stamp may be: the nominal period is believed, by its weight.
         believed = _NOMINAL_WEIGHT / spread
         self._doubt_ns = _OFF_RATE * self._nominal_ns * believed * (1.0 - middle)
         self.begin_ns = int(self._stamps[-1, 1]) + round(mean - excess * middle)

@@ -31,8 +31,8 @@ _LEAST_PACE = 0.5  # of beams in the order that scans state; of both orders in t
 _LEAST_IN_CELL, _LEAST_CELLS = 12, 20
 _COLUMNS, _ROWS = 64, 64  # of cells: a turn
 _TERMS = 5  # 1, pitch, azimuth, speed, range
-# Of a cell's equations, their terms scaled to one size. Where a nod repeats itself from revolution
-# to revolution, the few beams of a cell do not tell speed from pitch.
+# The largest condition number of a cell's equations, their terms scaled to one size. Where a nod
+# repeats itself from revolution to revolution, a cell's few beams do not tell speed from pitch.
 _MOST_CONDITION = 100.0
 
 

@@ -29,7 +29,7 @@ from rclpy.node import Node
 
 _RECENT = 1.0  # s, for which drops, losses and errors are reported
 _BLIND = 3.0  # s without a range; in a hall, a sweep may have none for a second
-_BEHIND = 2.0  # s; scans that come so long after odometry of their time are of another clock
+_BEHIND = 2.0  # s; scans that come this long after odometry of their time are of another clock
 _AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
 # s; what comes later after its stamp than the other input by more is of another clock. A scan that
 # does not state the time of its beams comes a revolution late.

@@ -12,7 +12,7 @@ from nodlidar_sim.devices.other_lidars import OTHER_LIDARS
 
 OTHER_DRIVERS = tuple(OTHER_LIDARS)
 WITH_FILE = (*OTHER_DRIVERS, LD19)  # each in config/lidars, for the assembler
-# Of these; their scans reach no reliable subscription.
+# Drivers that publish best effort: their scans reach no reliable subscription.
 BEST_EFFORT = tuple(name for name, lidar in OTHER_LIDARS.items() if lidar.best_effort)
 
 DESCRIPTIONS = ('robot', 'ros2_control')  # each is a file in urdf

@@ -55,7 +55,7 @@ class SystemWatch:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        # Of each message its arrival by this computer's clock [ns], and by /clock minus that.
+        # Each message with its arrival by this computer's clock [ns], and by /clock minus that.
         self._arrivals: dict[str, list[tuple[int, int, Any]]] = defaultdict(list)
         self._clock_ahead_ns = 0
         node.create_subscription(Clock, '/clock', self._ticked, LISTENING)

@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 CHECK_PERIOD = 0.2  # s, between two checks whether to end
 ANSWERING = 0.3  # s, for which a node goes on when another one takes over
 ANSWERING_AT_END = 8.0  # s; ros2 launch kills a node 10 s after a Ctrl-C
-# Of names, parameters and QoS that a user gave to rclpy.
+# What rclpy raises for names, parameters and QoS that a user gave.
 _OF_ARGUMENTS = NameValidationException, ParameterException, RuntimeError
 
 

@@ -99,7 +99,7 @@ class TfOdometry:
         self._odom_frame, self._frame = odom_frame, frame
         self._parents: dict[str, str] = {}
         self._fixed: set[str] = set()
-        # Of each moving frame; only those between the two frames are kept in order.
+        # Each moving frame has its own; only those between the two frames are kept in order.
         self._orders: defaultdict[str, TimeOrder[TransformStamped]] = defaultdict(
             lambda: TimeOrder(
                 lambda: self._on_drop(TRANSFORM_OUT_OF_ORDER), longest_fall_ns=TIME_JUMP_NS
@@ -110,7 +110,7 @@ class TfOdometry:
         self._publishers: defaultdict[str, Publishers] = defaultdict(Publishers)
         self._on_sample, self._on_time_back = on_sample, on_time_back
         self.buffer = Buffer()
-        # Of a simulated clock. Stamps may go back by less, and would seem to be late.
+        # A simulated clock may jump back. Stamps may go back by less, and would seem to be late.
         backward = Duration(nanoseconds=-TIME_JUMP_NS)
         self._jump_handle = node.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=backward, on_clock_change=False),

@@ -125,7 +125,7 @@ class RevolutionTimes:
         # As many as in the window of the arrivals, in which times of other fits look like a drift:
         # fractions of a UST, whose revolutions take 25.004 ms, need 7 s to cover a millisecond.
         self._scans = round(WINDOW_MS / period_ms)
-        # Of the last scans that fit one line.
+        # The last scans that fit one line.
         self._revolutions: NDArray[np.int64] = np.empty(0, dtype=np.int64)
         self._stamps: NDArray[np.int64] = np.empty(0, dtype=np.int64)
 

@@ -19,8 +19,8 @@ THICKNESS = 0.03  # of the neighbours off their plane, RMS, at most [m]
 PLACES = 8  # of the lidar, at most, from which surfaces are judged to be visible
 FACING = 4  # nearest points, one of which must face the lidar
 LEAST_WIDTH = 0.04  # of the neighbours within their plane, RMS, in each direction [m]
-# Of the neighbours [m], where the surface has curvatures of 1/m and slopes of 1 from their plane,
-# all standard deviations: noise alone is not taken for a curve.
+# Standard deviation of the neighbours [m], where those of curvatures are 1/m and of slopes from
+# their plane 1: noise alone is not taken for a curve.
 NOISE = 0.01
 
 

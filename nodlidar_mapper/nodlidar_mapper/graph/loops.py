@@ -15,7 +15,7 @@ import numpy as np
 # near that part, and that share of these must match.
 LEAST_NEAR, LEAST_SHARE = 0.4, 0.6
 REACH = 1.0  # m
-THINNER = 2.0  # points of a loop are so many times farther apart than those of a cloud
+THINNER = 2.0  # points of a loop are this many times farther apart than those of a cloud
 DRIFT = 0.01  # error of the map, as a share of the way
 
 

@@ -22,8 +22,8 @@ MARGIN = 1.0  # around all points [m]
 LEVEL = 0.7  # vertical part of the normal, beyond which a surface is a shelf or a table top
 PATCH = 0.1  # side of such a surface that a point of the map stands for, by default [m]
 LAYER = 0.1  # of the heights that beams cross [m]
-# A thin leg fills a part of a cube: something is there, unless so many times as many keyframes see
-# through the cube as see a point in it.
+# A thin leg fills a part of a cube: something is there, unless this many times as many keyframes
+# see through the cube as see a point in it.
 OUTWEIGHED = 5
 
 

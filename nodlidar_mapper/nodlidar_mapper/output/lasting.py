@@ -8,7 +8,7 @@ from nodlidar_mapper.graph.keyframe import Keyframe, surface_of_map
 import numpy as np
 from scipy.spatial import cKDTree
 
-BEYOND = 0.3  # a beam that ends so much farther went through [m]
+BEYOND = 0.3  # a beam that ends this much farther went through [m]
 REACH = 5.0  # points within this distance of a keyframe are compared [m]
 LEAST_PASSES = 2  # keyframes from which a point is seen through, at least
 # A beam shows what is in a direction within this angle of it [rad], or within this distance of

@@ -21,13 +21,13 @@ CUBE = 0.25  # m
 TURN = 0.06  # rad
 FILLED = 2  # what a point in such a cube counts, and beside one half of it
 SPACING = 0.5  # of the points that are searched with [m]
-OFF = 2.0  # the robot is at most so far off the keyframes, along x and y [m]
+OFF = 2.0  # the robot is at most this far off the keyframes, along x and y [m]
 APART = 0.75, 0.3  # candidates differ by more than this [m], [rad]
 CANDIDATES = 6
 ALIKE = 0.94  # a place with at least this share of the fit of another one fits alike
 START = np.diag([0.3**-2] * 3 + [0.1**-2] * 3)  # information of a candidate
 
-THROUGH = 0.3  # a beam that ends so much farther went through [m]
+THROUGH = 0.3  # a beam that ends this much farther went through [m]
 NEAREST = 4  # keyframes that judge a place
 LEAST_JUDGED = 30  # points
 

@@ -22,12 +22,12 @@ UNMAPPED = 0.1  # share of the points near the map, below which the map does not
 NEARBY = 1.0, 0.5  # first area searched around odometry [m], [rad]; each failure doubles it
 UNNOTICED = 1  # times that it doubles while odometry may be right: it may jump by 2 m unnoticed
 FAR_OFF = 3.0  # standard deviations of odometry that are searched, at least
-AT_ONCE, EVERY = 6, 3  # so many clouds are searched at once, and then every third one
+AT_ONCE, EVERY = 6, 3  # this many clouds are searched at once, and then every third one
 ANYWHERE = 11  # clouds, after which the whole map is searched
 LEAST_FIT = 0.6  # of a place nearby, by the first search
 LIKELY_FIT = 0.75  # where odometry expects the robot, to end the search
-# Of any other place, by what was seen from one place, and from all around: the more of its
-# surroundings the robot has seen, the less do they look like others.
+# The least fit of any other place, by what was seen from one place, and from all around: the more
+# of its surroundings the robot has seen, the less do they look like others.
 SURE_FIT = 0.95, 0.9
 LEAST_CLEAR = 0.85
 SAME = 0.3, 0.1  # two searches agree within [m], [rad]

@@ -29,7 +29,7 @@ from tf2_ros import TransformException
 MOST_READY = 3  # clouds of a topic that wait to be matched, as after a burst of odometry
 MOST_FRAMES = 10  # without transform, that are named; a publisher may invent them
 MOST_PAUSES = 20  # of odometry; TF keeps ten seconds
-# A cloud so much older than one of another sensor that was used is late, or of another clock.
+# A cloud this much older than one of another sensor that was used is late, or of another clock.
 BEHIND_NS = 2_000_000_000
 FIRST_SILENCE = 10.0  # s, after the first cloud; a slow lidar takes 6 s for a sweep
 LOST = 'cloud lost before it arrived'

@@ -27,10 +27,10 @@ SHOWN = 0.2  # standard deviation of a direction that a match shows, at most [m]
 # A normal may be wrong by this [rad]: by noise, and by errors of the lidar that come along with
 # the robot, as where a floor seems to rise around it. X-ICP (Tuna et al. 2022) takes 10 degrees.
 TILT = 0.2
-# If wheels may have slipped, errors of odometry are Student's t with so few degrees of freedom,
-# and weights begin so many times narrower than the reach: a wall that is far off still pulls.
+# If wheels may have slipped, errors of odometry are Student's t with this few degrees of freedom,
+# and weights begin this many times narrower than the reach: a wall that is far off still pulls.
 TAILS, WIDE = 4.0, 8.0
-CORRELATION = 30.0  # points of a cloud err alike: so many count as one
+CORRELATION = 30.0  # points of a cloud err alike: this many count as one
 
 
 @dataclass(frozen=True)

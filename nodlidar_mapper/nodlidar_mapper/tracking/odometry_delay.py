@@ -26,7 +26,7 @@ AROUND = 2  # delays to either side of the lowest one, to which a parabola is fi
 SAMPLES = 200  # of the pairs, by which the standard error is known
 NOISE = 1e-3  # of an entropy, at least: where the robot stands, none is the lowest
 KNOWN_ERROR = 0.05  # standard error with which the delay is known, at most [s]
-# A delay that is worth a parameter has at least this size [s], and so many standard errors.
+# A delay that is worth a parameter has at least this size [s], and this many standard errors.
 LEAST_DELAY, SURE = 0.03, 2.5
 
 

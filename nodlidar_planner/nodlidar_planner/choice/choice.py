@@ -28,7 +28,7 @@ MARGINS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 SHORTLIST = 12
 # Runs of each in the shortlist, then of the best third of it, and of the best third of that.
 CHOOSING_RUNS = (4, 12, 40)
-# Holes equal to so many decimals [rad] count as equal; they differ by rounding.
+# Holes equal to this many decimals [rad] count as equal; they differ by rounding.
 HOLE_DECIMALS = 10
 
 

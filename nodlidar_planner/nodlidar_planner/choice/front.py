@@ -32,9 +32,9 @@ from numpy.typing import NDArray
 PATIENCE = 600.0
 # Seeds of the runs with a timing error; an odd number, for the median.
 RUNS = range(15)
-# The soonest of so many nods bounds the time of the soonest of all.
+# The soonest of this many nods bounds the time of the soonest of all.
 FEW = 8
-# A corner is shown among others at so many times before and after it, spaced by this factor.
+# A corner is shown among others at this many times before and after it, spaced by this factor.
 OTHERS, FACTOR = 4, math.sqrt(2.0)
 # Holes that differ by less count as equal [rad]: phases are rounded to 1e-8 of a sample, which may
 # be 3 rad high.

@@ -21,11 +21,11 @@ AnyFloats = NDArray[np.floating[Any]]
 
 # So few N_s or fewer are evaluated without bounds.
 FEW = 3
-# After so many columns the most promising N_s is evaluated, for a better time to beat.
+# After this many columns the most promising N_s is evaluated, for a better time to beat.
 EVALUATED_AFTER = (2, 8, 32)
 # So many N_s that tie with the last of the best are evaluated: all tie where there is one row.
 MOST_TIES = 100
-# One of so many N_s is examined first, for the same reason.
+# One of this many N_s is examined first, for the same reason.
 THINNING = 16
 # Rows of a column that are tracked: one for each bit of an integer but the sign.
 WATCHED_ROWS = 63

@@ -9,7 +9,7 @@ from nodlidar_planner.pattern.task import Task
 import numpy as np
 from numpy.typing import NDArray
 
-# The published band of N_s, for an N_L of 1024 and 10 revolutions per second: so long a sweep
+# The published band of N_s, for an N_L of 1024 and 10 revolutions per second: this long a sweep
 # takes at least and at most [s].
 USEFUL_SWEEP = 1001 / 10_240, 8000 / 10_240
 MAX_CHOICES = 200_000

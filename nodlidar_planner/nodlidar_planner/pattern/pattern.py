@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 HALF_SAMPLE = 0.5
 # Steps and samples per sweep; one whole period is then counted in 64 bits.
 MOST = 2**30
-# Of a nod that is planned, for memory; the closed forms of Pattern have no such bound.
+# A planned nod has at most these, for memory; the closed forms of Pattern have no such bound.
 MAX_SAMPLES_PER_SWEEP = 1_000_000
 
 

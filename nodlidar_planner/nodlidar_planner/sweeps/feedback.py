@@ -20,7 +20,8 @@ Floats = NDArray[np.float64]
 # Durations to choose from: their largest deviation from the planned one, and their number.
 SPREAD = 0.15
 CANDIDATES = 61
-# The best so many durations, at least so many candidates apart, are examined with the sweep after.
+# The best durations, this many, each this many candidates or more from the others, are examined
+# with the sweep after.
 EXAMINED, APART = 4, 5
 # Most heights that are distinguished in a row, and the fewest samples between them: a servo is
 # less accurate.

@@ -25,7 +25,7 @@ _ATTEMPTS_TO_STOP = 8
 _SPARE = 6  # bytes before those that measure may be read, too
 _TRIALS = 8  # reads that measure how long the adapter holds replies back
 _MISSED_BY_RESET = 3  # answers in a row; a servo that starts anew takes longer than that
-_USUAL_FOR = 0.5  # s; replies that have been late for so long are usual
+_USUAL_FOR = 0.5  # s; replies that have been late for this long are usual
 
 
 class Servo:

@@ -24,8 +24,8 @@ from sensor_msgs.msg import JointState
 
 _DEPTH = 1000  # joint states kept for a reliable subscriber that pauses for some seconds
 STATUS_PERIOD = 0.2  # s
-# s; a sample waits for later ones for so long, and all are published at once: what a message costs
-# is mostly that processes wake up for it, here and where it arrives.
+# s; for this long a sample waits for later ones, and all are published at once: what a message
+# costs is mostly that processes wake up for it, here and where it arrives.
 LONGEST_HELD = 0.012
 
 
