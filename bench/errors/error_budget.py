@@ -119,7 +119,7 @@ def budget(setup: SetUp, parameters: ErrorParameters) -> ErrorBudget:
     """Return the budget of a set-up."""
     nod = setup.nod
     swing = Swing(nod.speed, nod.sweep_duration, parameters.reversal_acceleration)
-    return ErrorBudget(parameters, swing, setup.scene.optical_offset)
+    return ErrorBudget(parameters, swing)
 
 
 def _parameters(seen: Recording, setup: SetUp, chosen: Mask) -> ErrorParameters:
@@ -132,6 +132,7 @@ def _parameters(seen: Recording, setup: SetUp, chosen: Mask) -> ErrorParameters:
         range_bias=_range_bias(seen, setup.scene.lidar, chosen),
         encoder_error=_encoder_error(setup),
         deflection=_deflection(setup),
+        laser_above=setup.scene.optical_offset,
         odometry_speed_error=math.sqrt(of_velocity[0, 0]),
         odometry_turn_error=math.sqrt(of_velocity[2, 2]),
         cloud_time=(IN_CLOUD - 1) * seen.sensor.scan_time + scan,

@@ -53,7 +53,7 @@ def true_places():
 
 def squares(name, **errors):
     """Return the mean squares of one source, the only one with errors but for the encoder's."""
-    found = ErrorBudget(replace(NOTHING, **errors), SWING, LEVER).squares(BEAMS)
+    found = ErrorBudget(replace(NOTHING, laser_above=LEVER, **errors), SWING).squares(BEAMS)
     rest = sum(np.abs(found[other]).max() for other in SOURCES if other != name)
     assert rest < 1e-5 * found[name].max()
     return found[name]
@@ -199,7 +199,7 @@ def test_errors_of_odometry_are_those_of_a_robot_that_goes_astray(centre, half):
     beams = Beams(np.full(72, 2.0), azimuth, np.full(72, 0.3))
     errors = {'odometry_speed_error': 0.02, 'odometry_turn_error': 0.03}
     parameters = replace(NOTHING, robot_speed=0.5, cloud_time=1.5, **errors)
-    found = ErrorBudget(parameters, SWING, 0.0).squares(beams)['odometry']
+    found = ErrorBudget(parameters, SWING).squares(beams)['odometry']
     x, y, _ = places(beams.ranges, azimuth, beams.pitch).T
     x = x + LEVER * math.sin(0.3)
     expected = []
@@ -217,7 +217,7 @@ def test_a_late_scan_of_a_driving_robot_is_moved_along():
     parameters = replace(NOTHING, scan_delay_error=0.01, robot_speed=0.5, robot_turn_rate=0.8)
     still = replace(parameters, robot_speed=0.0, robot_turn_rate=0.0)
     driving, standing = (
-        ErrorBudget(each, SWING, 0.0).squares(BEAMS)['scan delay'] for each in (parameters, still)
+        ErrorBudget(each, SWING).squares(BEAMS)['scan delay'] for each in (parameters, still)
     )
     x, y, _ = places(BEAMS.ranges, BEAMS.azimuth, BEAMS.pitch).T
     x = x + LEVER * np.sin(BEAMS.pitch)
@@ -227,8 +227,9 @@ def test_a_late_scan_of_a_driving_robot_is_moved_along():
 def test_the_place_of_the_lidar_counts():
     """Ahead of the nod axis, which is ahead of the point about which the robot turns."""
     errors = {'scan_delay_error': 0.01, 'robot_turn_rate': 0.8, 'odometry_turn_error': 0.03}
-    parameters = replace(NOTHING, laser_ahead=0.12, mount_ahead=0.3, cloud_time=1.0, **errors)
-    found = ErrorBudget(parameters, SWING, LEVER).squares(BEAMS)
+    place = {'laser_above': LEVER, 'laser_ahead': 0.12, 'mount_ahead': 0.3}
+    parameters = replace(NOTHING, cloud_time=1.0, **place, **errors)
+    found = ErrorBudget(parameters, SWING).squares(BEAMS)
     x, y, z = places(BEAMS.ranges, BEAMS.azimuth, 0.0, np.array([0.12, 0.0, 0.0])).T
     from_robot = (0.3 + x * np.cos(BEAMS.pitch)) ** 2 + y**2
     delayed = (x**2 + z**2) * SWING.mean_square_speed + 0.64 * from_robot

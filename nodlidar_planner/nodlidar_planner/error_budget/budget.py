@@ -25,8 +25,6 @@ SOURCES = (
     'mount',
     'odometry',
 )
-REFERENCE_LEVER = 0.080
-"""Height of the optical centre above the nod axis [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,9 +45,9 @@ class Beams:
         """How far they are to its left [m], shape (n,)."""
         return np.asarray(self.ranges * np.sin(self.azimuth))
 
-    def from_axis(self, lever: float, laser_ahead: float = 0.0) -> Array:
+    def from_axis(self, laser_above: float, laser_ahead: float = 0.0) -> Array:
         """Return the squared distance [m^2] of the end points from the nod axis, shape (n,)."""
-        return np.asarray((self.ahead + laser_ahead) ** 2 + lever**2)
+        return np.asarray((self.ahead + laser_ahead) ** 2 + laser_above**2)
 
 
 class ErrorBudget:
@@ -65,8 +63,6 @@ class ErrorBudget:
         Errors of the devices.
     swing
         The nod.
-    lever
-        Height of the optical centre above the nod axis [m].
 
     Attributes
     ----------
@@ -74,16 +70,14 @@ class ErrorBudget:
         Mean square error of the estimated pitch [rad^2].
     """
 
-    def __init__(
-        self, parameters: ErrorParameters, swing: Swing, lever: float = REFERENCE_LEVER
-    ) -> None:
-        self._parameters, self._swing, self._lever = parameters, swing, lever
+    def __init__(self, parameters: ErrorParameters, swing: Swing) -> None:
+        self._parameters, self._swing = parameters, swing
         self.pitch_variance = pitch_variance(parameters, swing)
 
     def squares(self, beams: Beams) -> Mapping[str, Array]:
         """Return the mean square displacement [m^2] of each point by source, shape (n,) each."""
         p, shape = self._parameters, np.ones_like(beams.ranges)
-        rho2 = beams.from_axis(self._lever, p.laser_ahead)
+        rho2 = beams.from_axis(p.laser_above, p.laser_ahead)
         turned = rho2 * self._swing.mean_square_speed
         values = (
             p.range_noise**2 + (p.range_noise_growth * beams.ranges) ** 2,

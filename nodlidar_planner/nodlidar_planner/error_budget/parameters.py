@@ -120,6 +120,13 @@ class ErrorParameters:
         minimum=0.0,
         maximum=1.0,
     )
+    laser_above: float = parameter(
+        0.08,
+        'Height of the optical centre above the nod axis, at pitch 0',
+        unit='m',
+        minimum=-10.0,
+        maximum=10.0,
+    )
     laser_ahead: float = parameter(
         0.0,
         'Distance of the optical centre ahead of the nod axis, at pitch 0',
