@@ -92,7 +92,7 @@ class Mapper:
     def add(self, cloud: Cloud) -> Estimate:
         """Return where a cloud was taken, and extend the map if it shows anything new."""
         estimate = self._processed(cloud)
-        if self._first is not None and len(self.map.surface_around.points) >= LEAST_SURFACE:
+        if self._first is not None and self._has_surface:
             self._first.append((cloud, estimate))
         return estimate
 
@@ -137,6 +137,11 @@ class Mapper:
             self.path_of(estimates),
         )
 
+    @property
+    def _has_surface(self) -> bool:
+        """Whether there is enough of a map around to match a cloud to."""
+        return len(self.map.surface_around.points) >= LEAST_SURFACE
+
     def _processed(self, cloud: Cloud) -> Estimate:
         """Predict, match, check, search and extend, in the order of docs/mapping.md."""
         robot = inverse(cloud.mount)  # in the cloud's frame
@@ -150,7 +155,10 @@ class Mapper:
         seen = self._seen(cloud)
         found, seen = self._matched(cloud, seen, guess, covariance)
         lost = self._why_lost(found, seen)
+        if self._has_surface:
+            self._usual_share += NEWEST * (found.share - self._usual_share)
         if not lost:
+            self._recovery.forget()
             self._was_placed = False
             self._since_lost = None
             of_robot = lever(way).T @ found.information @ lever(way)
@@ -273,13 +281,12 @@ class Mapper:
             yield found, seen
 
     def _why_lost(self, found: Match, seen: Seen) -> str:
-        """Return why a match is not believed, empty if it is; learn the usual share."""
-        if len(self.map.surface_around.points) < LEAST_SURFACE:
+        """Return why a match is not believed; empty if it is."""
+        if not self._has_surface:
             if self._was_placed and self.map.points >= LEAST_SURFACE:
                 return 'hardly any of the map is around the pose that was set'
             return NO_MAP
-        usual = self._usual_share
-        self._usual_share += NEWEST * (found.share - usual)
+        usual = self._usual_share  # 0 at first: then least_share alone counts
         if found.share < self._config.least_share:
             return f'{found.share:.0%} of the points near the map lie on it'
         if found.share < LEAST_OF_USUAL * usual:

@@ -81,12 +81,11 @@ class Recovery:
         self._jumped = self._anywhere = False
 
     def doubt(self, found: Match, clear: float) -> str:
-        """Return why a match where odometry expects it does not end the search; else forget it."""
+        """Return why a match where odometry expects it does not end the search, if it does not."""
         if self._anywhere:
             return 'the robot may be anywhere in the map'
         if (self._clouds or self._jumped) and (fit_of(found) < LIKELY_FIT or clear < LEAST_CLEAR):
             return f'{fit_of(found):.0%} of the points lie on the map'
-        self.forget()
         return ''
 
     def is_beyond(
