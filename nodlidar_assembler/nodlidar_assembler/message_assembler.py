@@ -87,8 +87,8 @@ class MessageAssembler(ScanAssembler):
             raise
         self.scan_angles = angles_in_doubt(message)
         self.scan_jitter.add(scan.stamp_ns, revolution_time(scan.geometry), self._pitch)
-        if self._joint_came and self._joints.newest_ns is not None:
-            self._ahead = (self._joints.newest_ns - scan.stamp_ns) / NS_PER_S
+        if self._joint_came and self.newest_joint_ns is not None:
+            self._ahead = (self.newest_joint_ns - scan.stamp_ns) / NS_PER_S
         self._joint_came = False
         return scan
 
@@ -98,7 +98,7 @@ class MessageAssembler(ScanAssembler):
         Take the outcomes that are ready after each, since time may go back with the next.
         """
         for sample in self.joint.samples(message):
-            if sample[0] < (self._joints.newest_ns or 0):
+            if sample[0] < (self.newest_joint_ns or 0):
                 self.timing.joints_went_back()
             self.add_joint_sample(*sample)
             self._joint_came, self._pitch = True, sample[1]

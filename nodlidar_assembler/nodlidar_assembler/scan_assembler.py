@@ -103,6 +103,11 @@ class ScanAssembler:
             **{f'slerp instead of trajectory: {reason}': n for reason, n in fallbacks.items()},
         }
 
+    @property
+    def newest_joint_ns(self) -> int | None:
+        """Stamp of the newest joint sample [ns]; None if there is none."""
+        return self._joints.newest_ns
+
     # Inputs.
 
     def add_scan(self, scan: Scan, now_ns: int) -> None:
@@ -111,7 +116,7 @@ class ScanAssembler:
 
     def add_joint_sample(self, time_ns: int, pitch: float) -> None:
         """Add a joint sample [ns], [rad]; one older than the last means that time went back."""
-        newest_ns = self._joints.newest_ns
+        newest_ns = self.newest_joint_ns
         if newest_ns is not None and newest_ns > time_ns:
             self._forget_joints(JOINT_WENT_BACK)
         self._joints.add(time_ns, pitch)

@@ -336,6 +336,22 @@ def test_scans_of_which_none_can_be_placed_are_an_error(log, monkeypatch):
         running.spin_until(lambda: any('no scan was placed for' in each for each in silent()))
 
 
+def test_scans_that_come_but_are_refused_are_not_called_missing(log):
+    with bench() as running:
+        speed = 1.0
+
+        def send():
+            scan = scan_message(replace(log.scans[0], stamp_ns=time.time_ns() - SCAN_NS))
+            scan.time_increment *= speed
+            running.scans.publish(scan)
+
+        running.feeder.create_timer(0.1, send)
+        running.spin_until(lambda: running.node.diagnosis.counts['scans'] > 40)
+        speed = 1.5  # of which some are refused, until they are the usual ones
+        silent = running.node.diagnosis._silent
+        running.spin_until(lambda: any('no usable scan for' in each for each in silent()))
+
+
 def test_points_of_an_interval_are_those_of_the_clouds_within_it(log):
     parameters = 'deadline:=10.0', 'scan_memory:=1.5'
     with bench(*parameters) as running:

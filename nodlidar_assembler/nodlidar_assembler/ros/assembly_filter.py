@@ -44,6 +44,8 @@ class AssemblyFilter(SimpleFilter):
         added, all as they arrive.
     assembler
         Counts drops and remarks.
+    refused_ns
+        When a scan was refused last, by a steady clock [ns]; 0 if none was.
     """
 
     def __init__(
@@ -58,6 +60,7 @@ class AssemblyFilter(SimpleFilter):
         super().__init__()
         self._clock, self._scans, self._states, self._warn = clock, scans, states, warn
         self.assembler = MessageAssembler(config, missing_odometry)
+        self.refused_ns = 0
         self.scans, self.samples, self.odometry = (SimpleFilter() for _ in range(3))
         scans.registerCallback(self.add_scan)
         states.registerCallback(self.add_state)
@@ -71,6 +74,7 @@ class AssemblyFilter(SimpleFilter):
             arrived_ns = self._clock.arrival_ns(self._scans.arrived_ns)
             scan = self.assembler.scan(message, arrived_ns)
         except RefusedScanError as error:
+            self.refused_ns = steady_ns()
             self._warn(f'scan dropped: {error}')
             return
         self.scans.signalMessage(scan)

@@ -289,7 +289,7 @@ class Diagnosis:
 
     def _silent(self) -> list[str]:
         silences = self._silences()
-        if 'scan' in silences and self._recent.counts:
+        if 'scan' in silences and steady_ns() - self._assembly.refused_ns < _RECENT * NS_PER_S:
             silences['usable scan'] = silences.pop('scan')
         texts = [f'no {name} for {silent:.1f} s' for name, silent in silences.items()]
         texts += filter(None, [self._assembly.assembler.missing_input])
