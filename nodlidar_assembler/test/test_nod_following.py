@@ -45,6 +45,15 @@ def test_a_joint_that_goes_beyond_the_nod_is_named_with_where_it_goes(scale, zer
     )
 
 
+def test_a_joint_on_its_way_to_a_fast_and_narrow_nod_is_not_named():
+    narrow = Nod(-0.6, -0.5, 0.1, 1024, 0)
+    following = watched(lambda ns: 0.5, 0.5, nod=None)
+    for ms in range(500, 9000, 10):
+        way = 0.5 - 0.4 * (ms - 500) / 1000
+        following.add(ms * MS, max(way, float(narrow.pitch(ms * MS))), narrow)
+        assert not following.warning
+
+
 def test_a_joint_that_overshoots_or_comes_from_elsewhere_is_not_named():
     assert not watched(lambda ns: 1.18 * float(NOD.pitch(ns))).warning
     assert not watched(lambda ns: float(NOD.pitch(ns)) * (2.0 if ns < 1900 * MS else 1.0)).warning

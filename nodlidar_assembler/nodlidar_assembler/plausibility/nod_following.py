@@ -9,6 +9,7 @@ from nodlidar_common.stamps import NS_PER_S
 _LONGEST_GAP_NS = NS_PER_S // 2
 _BEYOND = 0.1  # rad, and share of the nod, by which a servo may overshoot its limits
 _CONFIRMED = 2  # nods up and down in a row; the first one has the way to it as well
+_APPROACH_NS = 3 * NS_PER_S  # that a joint may need to come to the limits of another nod [ns]
 
 
 class NodFollowing:
@@ -17,7 +18,7 @@ class NodFollowing:
     def __init__(self) -> None:
         self._low = self._high = self._least_span = self._duration = 0.0
         self._few, self._moved, self._longest_ns = 0, 0.0, 0
-        self._far = 0
+        self._far, self._far_ns = 0, 0  # nods in a row, and their time
         self._limits = self._allowed = self._reached = 0.0, 0.0
         self._last_ns = -_LONGEST_GAP_NS - 1
         self._begin(0, 0.0)
@@ -27,7 +28,7 @@ class NodFollowing:
         """How far the joint moved, if by less than half of the nod, or beyond it; else empty."""
         if self._few >= _CONFIRMED:
             return f'the joint moves by {self._moved:.2f} rad, although a nod is commanded'
-        if self._far < _CONFIRMED:
+        if self._far < _CONFIRMED or self._far_ns < _APPROACH_NS:
             return ''
         (low, high), (lower, upper) = self._reached, self._allowed
         return (
@@ -38,7 +39,7 @@ class NodFollowing:
     def add(self, time_ns: int, pitch: float, nod: Nod | None) -> None:
         """Add a joint sample [ns], [rad], and the nod that is commanded; None if there is none."""
         if nod is None or not 0 <= time_ns - self._last_ns <= _LONGEST_GAP_NS:
-            self._few = self._far = 0
+            self._few = self._far = self._far_ns = 0
             self._begin(time_ns, pitch)
         self._last_ns = time_ns
         if nod is None:
@@ -54,7 +55,10 @@ class NodFollowing:
             self._few = 0
         if time_ns - self._begin_ns > self._duration * NS_PER_S:
             self._few, self._moved = self._few + (not follows), moved
-            self._far = self._far + 1 if self._is_beyond() else 0
+            if self._is_beyond():
+                self._far, self._far_ns = self._far + 1, self._far_ns + time_ns - self._begin_ns
+            else:
+                self._far = self._far_ns = 0
             self._reached, self._allowed = (self._low, self._high), self._limits
             self._begin(time_ns, pitch)
 
