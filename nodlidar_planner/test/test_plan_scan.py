@@ -416,6 +416,13 @@ def test_notes_on_plans():
     assert 'never completes without timing error' in '\n'.join(notes(Task(), late, 'RX-24F'))
 
 
+def test_a_distance_beyond_the_range_of_the_lidar_is_noted():
+    for distance, range_max, noted in ((5.6, 5.6, False), (6.0, 5.6, True), (6.0, 10.0, False)):
+        task = Task(0.5, distance, range_max=range_max)
+        said = '\n'.join(notes(task, evaluate(task, 4001), 'RX-24F'))
+        assert ('the lidar sees 5.6 m far, not 6 m' in said) is noted
+
+
 def test_a_low_last_row_is_noted_with_limits_that_mend_it():
     task = Task(0.1, 4.0)
     said = '\n'.join(notes(task, evaluate(task, 4001), 'RX-24F'))

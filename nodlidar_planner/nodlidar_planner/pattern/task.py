@@ -83,6 +83,13 @@ class Task:
         minimum=-math.tau,
         maximum=math.tau,
     )
+    range_max: float = parameter(
+        5.6,
+        'Its range, beyond which plan_scan notes that it does not see the object',
+        unit='m',
+        minimum=1e-3,
+        maximum=1e6,
+    )
 
     def __post_init__(self) -> None:
         check(self)

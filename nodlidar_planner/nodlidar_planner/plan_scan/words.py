@@ -39,6 +39,11 @@ def angle(value: float) -> str:
 
 
 def _unseen(task: Task, plan: Plan) -> Iterator[str]:
+    if task.distance > task.range_max:
+        yield (
+            f'the lidar sees {number(task.range_max)} m far, not {number(task.distance)} m: '
+            f'--range-max is for another one'
+        )
     share = plan.figures.never_hit_share
     if share > 0.0:
         late = plan.under_error is not None and math.isfinite(plan.under_error.median)
