@@ -198,7 +198,7 @@ def test_a_single_scan_that_is_missing_costs_no_level_scan_of_a_sweep():
     assert all(shows_box(scan) for scans in found for scan in scans)
 
 
-def over_a_floor(tilt_at, floor=0.0):
+def over_a_floor(tilt_at, floor=0.0, blind=range(0)):
     """Return the level scans of 12 s on an endless floor, with a wall across it 4.5 m ahead.
 
     The optical centre is 1.08 m above the floor, which is tilted as a ramp. The robot pitches by a
@@ -227,6 +227,8 @@ def over_a_floor(tilt_at, floor=0.0):
             to_wall = (4.5 - 0.08 * np.sin(down)) / (np.cos(azimuth) * np.cos(down))
         ranges = np.minimum(*(np.where(r > 0.0, r, np.inf) for r in (to_floor, to_wall)))
         ranges += 1e-5 * (number % 7)
+        if number in blind:
+            ranges[:] = 0.0  # too near: neither hits nor free
         scan = Scan(START_NS + round(period * number * 1e9), geometry, ranges.astype(np.float32))
         around = np.abs(times - period * number) < 0.3
         samples = odometry.time_ns[around], steady(times)[around]
@@ -251,6 +253,13 @@ def test_of_a_robot_that_rocks_the_floor_is_no_obstacle(degrees, hertz, ramp):
     for scan in found:
         np.testing.assert_allclose(scan.ranges[ahead], 4.5 / np.cos(azimuth[ahead]), atol=0.06)
         assert not np.any(scan.ranges[~ahead] < 4.4)
+
+
+def test_a_rocking_robot_whose_lidar_sees_nothing_for_a_while_goes_on():
+    def tilt(seconds):
+        return 0.05 * np.sin(math.tau * seconds)
+
+    assert over_a_floor(tilt, blind=range(20, 60))[-1].stamp_ns > START_NS + 11 * 10**9
 
 
 def test_what_a_covered_lidar_does_not_see_is_not_free():

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _LEAST_RISE = 1e-9  # m
+_ROCKS = 1e-4  # rad, half a millimetre at 5 m; a robot that tilts less is taken for steady
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,7 +108,7 @@ def segments_in_band(
     centres = np.repeat(beams.laser_pose.position[:, None], len(which), axis=1)
     begin = nod_in_place(centres, pitch[which]).T
     poses = None if assembled.poses is None else assembled.poses[which]
-    if poses is not None and floor_up is not None:
+    if poses is not None and floor_up is not None and np.any(np.abs(poses.up - floor_up) > _ROCKS):
         poses, rocked_back = poses.with_up(floor_up)
         begin, end = rotated(rocked_back, begin), rotated(rocked_back, end)
     begin, end = begin @ levelled.T, end @ levelled.T
