@@ -4,13 +4,7 @@ import math
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.ego_motion import (
-    Odometry,
-    OdometryConfig,
-    OdometryError,
-    Poses,
-    rotated,
-)
+from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, OdometryError, Poses
 from nodlidar_common.pose import Pose
 import numpy as np
 import pytest
@@ -94,21 +88,6 @@ def test_the_sign_of_a_quaternion_means_nothing(qs, sign, share):
     one = odometry(seconds, zeros, qs).at(at, ANY).orientation[0]
     two = odometry(seconds, zeros, flipped).at(at, ANY).orientation[0]
     np.testing.assert_allclose(quat2mat(wxyz(one)), quat2mat(wxyz(two)), atol=1e-9)
-
-
-@given(st.lists(units, min_size=1, max_size=4), axes, positions)
-def test_frames_that_are_turned_upright_keep_their_places_and_vectors(qs, up, vector):
-    up = np.array(up) / math.hypot(*up)
-    poses = Poses(np.ones((len(qs), 3)), np.array(qs))
-    for each, q in zip(poses.up, qs, strict=True):
-        np.testing.assert_allclose(each, quat2mat(wxyz(q)).T @ [0.0, 0.0, 1.0], atol=1e-12)
-    assume(np.min(poses.up @ up) > -0.9)
-    upright, turns = poses.with_up(up)
-    np.testing.assert_allclose(upright.up, np.tile(up, (len(qs), 1)), atol=1e-9)
-    vectors = np.tile(vector, (len(qs), 1))
-    np.testing.assert_allclose(
-        upright.to_parent(rotated(turns, vectors)), poses.to_parent(vectors), atol=1e-6
-    )
 
 
 @given(units, positions, positions)

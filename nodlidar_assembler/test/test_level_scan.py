@@ -6,7 +6,6 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig, ranges_of
 from nodlidar_assembler.clouds.level_scan import LevelScanner
@@ -196,70 +195,6 @@ def test_a_single_scan_that_is_missing_costs_no_level_scan_of_a_sweep():
     found = around_a_box(steady, lambda number: number != 47)
     assert list(map(len, found)) == [whole, each - 1]
     assert all(shows_box(scan) for scans in found for scan in scans)
-
-
-def over_a_floor(tilt_at, floor=0.0, blind=range(0)):
-    """Return the level scans of 12 s on an endless floor, with a wall across it 4.5 m ahead.
-
-    The optical centre is 1.08 m above the floor, which is tilted as a ramp. The robot pitches by a
-    function of the time [s] about where its nod axis is, and odometry says so.
-    """
-    config = AssemblerConfig(mixed_pixel_angle=0.0, level_scan_beams=61, level_scan='sweep')
-    pipeline, scanner, found = Pipeline(config), LevelScanner(config), []
-    beams, period = 681, 0.1
-    geometry = ScanGeometry(beams, -2.0, 4.0 / (beams - 1), period / beams, 0.02, 5.6)
-    times = np.arange(-20, 1300) * 0.01
-    tilts = tilt_at(times)
-    odometry = Odometry(
-        START_NS + np.rint(times * 1e9).astype(np.int64),
-        Poses(
-            np.zeros((len(times), 3)),
-            np.stack([0 * tilts, np.sin(tilts / 2), 0 * tilts, np.cos(tilts / 2)], axis=1),
-        ),
-    )
-    azimuth = -2.0 + geometry.angle_increment * np.arange(beams)
-    for number in range(120):
-        seconds = period * number + geometry.time_increment * np.arange(beams)
-        down = tilt_at(seconds) - steady(seconds) - floor  # of the scan plane, against the floor
-        height = 1.0 + 0.08 * np.cos(down)
-        with np.errstate(divide='ignore'):
-            to_floor = height / (np.cos(azimuth) * np.sin(down))
-            to_wall = (4.5 - 0.08 * np.sin(down)) / (np.cos(azimuth) * np.cos(down))
-        ranges = np.minimum(*(np.where(r > 0.0, r, np.inf) for r in (to_floor, to_wall)))
-        ranges += 1e-5 * (number % 7)
-        if number in blind:
-            ranges[:] = 0.0  # too near: neither hits nor free
-        scan = Scan(START_NS + round(period * number * 1e9), geometry, ranges.astype(np.float32))
-        around = np.abs(times - period * number) < 0.3
-        samples = odometry.time_ns[around], steady(times)[around]
-        found += scanner.add(pipeline.add_scan(scan, *samples, odometry))
-    return found
-
-
-@pytest.mark.parametrize('degrees', [0.0, 2.0, 5.0])
-@pytest.mark.parametrize('hertz', [0.7, 1.5])
-@pytest.mark.parametrize('ramp', [0.0, 0.15])
-def test_of_a_robot_that_rocks_the_floor_is_no_obstacle(degrees, hertz, ramp):
-    """The wall stands upright on the floor, also on that of a ramp."""
-
-    def tilt(seconds):
-        return ramp + math.radians(degrees) * np.sin(math.tau * hertz * seconds)
-
-    found = over_a_floor(tilt, ramp)[-8:]
-    assert len(found) == 8
-    config = LevelScanConfig(level_scan_beams=61)
-    azimuth = config.increment * np.arange(61) - config.level_scan_angle
-    ahead = np.abs(azimuth) < 0.4
-    for scan in found:
-        np.testing.assert_allclose(scan.ranges[ahead], 4.5 / np.cos(azimuth[ahead]), atol=0.06)
-        assert not np.any(scan.ranges[~ahead] < 4.4)
-
-
-def test_a_rocking_robot_whose_lidar_sees_nothing_for_a_while_goes_on():
-    def tilt(seconds):
-        return 0.05 * np.sin(math.tau * seconds)
-
-    assert over_a_floor(tilt, blind=range(20, 60))[-1].stamp_ns > START_NS + 11 * 10**9
 
 
 def test_what_a_covered_lidar_does_not_see_is_not_free():

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.deskew import as_of
-from nodlidar_assembler.clouds.ego_motion import Poses, rotated
+from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.clouds.points import nod_in_place, place
 import numpy as np
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _LEAST_RISE = 1e-9  # m
-_ROCKS = 1e-4  # rad, half a millimetre at 5 m; a robot that tilts less is taken for steady
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +76,6 @@ def segments_in_band(
     reach: float,
     lost_are_free: bool,
     levelled: Array,
-    floor_up: Array | None,
 ) -> Segments:
     """Return the segments in a band of the beams that hit, or return nothing in range.
 
@@ -93,9 +91,6 @@ def segments_in_band(
         Whether beams that the lidar lost (NaN) return nothing in range.
     levelled
         Rotation from nodlidar_base_link to the level frame, shape (3, 3).
-    floor_up
-        Upward direction of the floor in nodlidar_base_link, from which odometry has the robot
-        rock; shape (3,). None to take the robot for level, whatever odometry says.
     """
     beams, pitch, ranges = assembled.beams, assembled.pitch, assembled.scan.ranges
     nothing = np.isposinf(ranges) | (np.isnan(ranges) & lost_are_free)
@@ -104,14 +99,9 @@ def segments_in_band(
     which = np.concatenate([assembled.placed.indices, free.indices])
     order = np.argsort(which)
     which = which[order]
-    end = np.concatenate([assembled.placed.xyz, free.xyz], axis=1)[:, order].T
+    end = np.concatenate([assembled.placed.xyz, free.xyz], axis=1)[:, order].T @ levelled.T
     centres = np.repeat(beams.laser_pose.position[:, None], len(which), axis=1)
-    begin = nod_in_place(centres, pitch[which]).T
-    poses = None if assembled.poses is None else assembled.poses[which]
-    if poses is not None and floor_up is not None and np.any(np.abs(poses.up - floor_up) > _ROCKS):
-        poses, rocked_back = poses.with_up(floor_up)
-        begin, end = rotated(rocked_back, begin), rotated(rocked_back, end)
-    begin, end = begin @ levelled.T, end @ levelled.T
+    begin = nod_in_place(centres, pitch[which]).T @ levelled.T
     enters, leaves = _within(begin[:, 2], end[:, 2], band)
     way = end - begin
     segments = Segments(
@@ -119,7 +109,7 @@ def segments_in_band(
         begin + enters[:, None] * way,
         begin + leaves[:, None] * way,
         ~nothing[which] & (leaves == 1.0),
-        None if poses is None else poses.turned(levelled.T),
+        None if assembled.poses is None else assembled.poses[which].turned(levelled.T),
     )
     return segments[np.flatnonzero(enters < leaves)]
 

@@ -108,25 +108,6 @@ class Poses:
         w, x, y, z = mat2quat(rotation)
         return Poses(self.position, _product(self.orientation, np.array([x, y, z, w])))
 
-    @property
-    def up(self) -> Array:
-        """Direction of the parent's z axis in the frame of each pose, shape (n, 3)."""
-        x, y, z, w = self.orientation.T
-        half = [x * z - w * y, y * z + w * x, 0.5 - x * x - y * y]
-        return np.asarray(2.0 * np.stack(half, axis=1))
-
-    def with_up(self, up: Array) -> tuple[Poses, Array]:
-        """Return poses of frames in which the parent's z axis has one direction (3,).
-
-        Each frame is turned by the least angle. The second result turns vectors of these frames
-        into those, quaternions (n, 4).
-        """
-        own = self.up
-        turns = np.concatenate([np.cross(own, up), 1.0 + own @ up[:, None]], axis=1)
-        turns /= lengths(turns)[:, None]
-        back = turns * (-1.0, -1.0, -1.0, 1.0)
-        return Poses(self.position, _product(self.orientation, back)), turns
-
     def to_parent(self, points: Array, origin: tuple[int, int, int] = (0, 0, 0)) -> Array:
         """Return points (n, 3) [m], one in the frame of each pose, in the parent frame.
 
@@ -252,9 +233,9 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _product(a: Array, b: Array) -> Array:
-    """Return the Hamilton products of quaternions (n, 4), b also one (4,): b's turn, then a's."""
-    w = a[:, 3:] * b[..., 3:] - np.sum(a[:, :3] * b[..., :3], axis=1, keepdims=True)
-    xyz = a[:, 3:] * b[..., :3] + b[..., 3:] * a[:, :3] + np.cross(a[:, :3], b[..., :3])
+    """Return the Hamilton products of quaternions (n, 4) and one (4,): b's rotation, then a's."""
+    w = a[:, 3:] * b[3] - a[:, :3] @ b[:3, None]
+    xyz = a[:, 3:] * b[:3] + b[3] * a[:, :3] + np.cross(a[:, :3], b[:3])
     return np.concatenate([xyz, w], axis=1)
 
 

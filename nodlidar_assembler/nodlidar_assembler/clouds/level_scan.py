@@ -3,8 +3,7 @@
 Every beam crosses the band of heights on one segment, from where it enters the band to where it
 leaves it or ends. A segment that ends at a surface in the band is a hit. A segment that crosses
 the circle of level_scan_free has seen that azimuth free. All are as of one instant: where the
-robot, by odometry, would have seen them from its pose at that instant. A robot that rocks, by
-odometry, is turned back to its usual tilt: that of the floor, also on a ramp.
+robot, by odometry, would have seen them from its pose at that instant.
 
 One beam that passes makes an azimuth free, so rows that were not seen could hide what is there.
 Therefore there is no level scan of a sweep that misses scans, or that turned back before the ends
@@ -44,8 +43,6 @@ _RESTS = 2
 # A sweep that lacks more than this share of the span of this and the sweeps before turned back
 # between its limits. After this many, narrower limits are taken for the nod's.
 _LACKING, _SWEEPS = 0.1, 3
-# The usual tilt is the mean of this time [s]: longer than a robot rocks, shorter than a ramp.
-_USUAL = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,8 +108,6 @@ class LevelScanner:
         self._band = config.band_bottom - axis, config.band_top - axis
         self._levelled = config.levelled
         self._stamp_ns = 0
-        self._floor_up: NDArray[np.float64] | None = None  # see segments_in_band
-        self._floor_seconds = 0.0  # for which it is known, up to _USUAL
         self._intervals_ns: deque[int] = deque(maxlen=_INTERVALS)
         self.restart()
 
@@ -142,7 +137,6 @@ class LevelScanner:
         self._newest_ns = int(times_ns[-1])
         if len(assembled.placed.indices):
             self._hit_ns = self._newest_ns
-        self._learn_tilt(assembled)
         self._scans.append(self._in_band(assembled))
         level_scans = []
         for k in range(0, len(times_ns), _THINNED):
@@ -164,18 +158,6 @@ class LevelScanner:
             return False
         self._intervals_ns.append(interval_ns)
         return interval_ns > _LONGEST_INTERVAL * median_low(self._intervals_ns)
-
-    def _learn_tilt(self, assembled: Assembled) -> None:
-        """Let the usual tilt follow that of a scan; without odometry there is none."""
-        if assembled.poses is None:
-            self._floor_up, self._floor_seconds = None, 0.0
-            return
-        up = assembled.poses.up.mean(axis=0)
-        if self._floor_up is not None and self._intervals_ns:
-            seconds = median_low(self._intervals_ns) / NS_PER_S
-            self._floor_seconds = min(self._floor_seconds + seconds, _USUAL)
-            up = self._floor_up + seconds / (self._floor_seconds + seconds) * (up - self._floor_up)
-        self._floor_up = up / np.linalg.norm(up)
 
     def _rests(self, now_ns: int) -> bool:
         """Return whether the nod has not turned back for long at an instant [ns]."""
@@ -241,7 +223,7 @@ class LevelScanner:
         config = self._config
         reach = _REACH * config.level_scan_range
         free = config.lost_beams_are_free
-        return segments_in_band(assembled, self._band, reach, free, self._levelled, self._floor_up)
+        return segments_in_band(assembled, self._band, reach, free, self._levelled)
 
     def _of(self, begin_ns: int, end_ns: int) -> list[LevelScan]:
         """Return the level scan of the beams after one instant, up to another [ns]."""
