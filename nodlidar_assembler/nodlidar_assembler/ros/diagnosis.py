@@ -130,7 +130,10 @@ class Diagnosis:
         self._drift.restart()
 
     def _sample_arrived(self, time_ns: int, pitch: float) -> None:
-        self._joint_silence.heard(steady_ns(), time_ns)
+        now_ns = steady_ns()
+        if self._joint_silence.seconds(now_ns):
+            self._placed_ns = now_ns  # no scan could be placed meanwhile
+        self._joint_silence.heard(now_ns, time_ns)
         arrived_ns = self._states.arrived_ns
         self._note_late(self._joint_name, time_ns, arrived_ns)
         self._joint_ahead_ns = time_ns - arrived_ns if arrived_ns else 0
@@ -236,7 +239,10 @@ class Diagnosis:
         ahead = ahead_ns / NS_PER_S
         if ahead < _AHEAD:
             return ''
-        return f'{name} is stamped {ahead:.2f} s in the future: synchronise the clocks'
+        remedy = 'synchronise the clocks'
+        if self._scan_ahead_ns == ahead_ns:
+            remedy += ', or set scan_delay if scans are stamped when they end'
+        return f'{name} is stamped {ahead:.2f} s in the future: {remedy}'
 
     def _clocks_apart(self) -> str:
         """Return whether scans or joint states come much later than the other ones."""
