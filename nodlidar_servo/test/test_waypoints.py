@@ -325,6 +325,16 @@ def test_a_joint_that_was_held_starts_again_without_a_jump_though_stamps_are_ear
     assert speed[before + 99 : before + pause_ms - 1].max(initial=0.0) < 1e-6
 
 
+@pytest.mark.parametrize('held_ms', [100, 1000, 5000])
+def test_a_joint_that_was_held_where_the_nod_passes_does_not_begin_at_its_speed(held_ms):
+    planner, middle = Planner(DYNAMICS, LIMITS), T0 + round(10.5 * 0.74 * S)
+    for ms in range(held_ms, 0, -100):
+        now = middle - ms * 1_000_000
+        planner.hold(Sample(now, 0.05, 0.0), now)
+    plan = planner.plan(NOD, Sample(middle, 0.05, 0.0), middle)
+    assert (plan[0].pitch, plan[0].velocity) == pytest.approx((0.05, 0.0))
+
+
 @pytest.mark.parametrize('lag', [0.0, 0.04, 0.08, 0.12])
 def test_the_phase_of_a_joint_that_lags_is_kept(lag):
     """The joint is a low-pass filter of second order behind the controller; the nod changes."""

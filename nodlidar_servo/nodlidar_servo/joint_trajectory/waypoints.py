@@ -161,6 +161,7 @@ class Planner:
     def hold(self, sample: Measured, now_ns: int) -> list[Waypoint]:
         """Plan and return the waypoints of a joint that stops as soon as it can."""
         self._plan, self._joins_ns = held(self._rest(sample, now_ns)), 0
+        self._planned_ns = now_ns
         return self._plan
 
     def _rest(self, sample: Measured, now_ns: int) -> Waypoint:
