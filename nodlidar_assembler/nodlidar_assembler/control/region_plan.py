@@ -11,7 +11,7 @@ from nodlidar_common.rounding import rounded_up
 from nodlidar_planner.choice.timing_error import completion_run
 from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
-from nodlidar_planner.pattern.task import size_of, Task, wrapped
+from nodlidar_planner.pattern.task import no_less_than, size_of, Task, wrapped
 from nodlidar_planner.sweeps.schedule import even_rows
 from nodlidar_planner.sweeps.single_sweep import single_sweep
 import numpy as np
@@ -209,6 +209,4 @@ def _too_small(region: Region, distance: float, step: float) -> ParameterError:
     if region.cell:
         limit = f'at least {rounded_up(step)} rad, a step of the lidar'
         return ParameterError('cell', limit, region.cell)
-    least = rounded_up(size_of(step, distance))
-    limit = f'at least {least} m, a step of the lidar at {distance:g} m'
-    return ParameterError('object_size', limit, region.object_size)
+    return ParameterError('object_size', no_less_than(step, distance), region.object_size)

@@ -5,7 +5,6 @@ from functools import cache
 import math
 
 from nodlidar_common.errors import ParameterError
-from nodlidar_common.rounding import rounded_up
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate, Plan, Progress
 from nodlidar_planner.choice.search import soonest
@@ -13,7 +12,7 @@ from nodlidar_planner.choice.timing_error import under_error
 from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.holes.hole import largest_hole
 from nodlidar_planner.pattern.start import pattern_from
-from nodlidar_planner.pattern.task import column_runs, size_of, Task
+from nodlidar_planner.pattern.task import column_runs, no_less_than, Task
 import numpy as np
 from numpy.typing import NDArray
 
@@ -136,8 +135,7 @@ def _check_columns(task: Task) -> None:
     if seen < task.columns:
         step = math.tau / task.steps_per_revolution
         if task.cell < step:
-            least = rounded_up(size_of(step, task.distance))
-            limit = f'at least {least} m, a step of the lidar at {task.distance:g} m'
+            limit = no_less_than(step, task.distance)
             raise ParameterError('object_size', limit, task.object_size)
         key = 'object_size' if task.full_circle else 'azimuth'
         limit = f'such that each of the {task.columns} columns has a beam, not only {seen}'

@@ -6,6 +6,7 @@ from typing import TypeVar
 
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, parameter
+from nodlidar_common.rounding import rounded_up
 import numpy as np
 from numpy.typing import NDArray
 
@@ -211,6 +212,12 @@ def wrapped(azimuth: Angle) -> Angle:
     """Return azimuths [rad], of any shape, in [-pi, pi)."""
     # Twice: the remainder of a number just below 0 is rounded to tau.
     return (azimuth + math.pi) % math.tau % math.tau - math.pi
+
+
+def no_less_than(step: float, distance: float) -> str:
+    """Return in words how large an object at a distance [m] is of the width of a step [rad]."""
+    least = rounded_up(size_of(step, distance))
+    return f'at least {least} m, a step of the lidar at {distance:g} m'
 
 
 def size_of(angle: float, distance: float) -> float:
