@@ -17,7 +17,7 @@ class NodFollowing:
 
     def __init__(self) -> None:
         self._low = self._high = self._least_span = self._duration = 0.0
-        self._few, self._moved, self._longest_ns = 0, 0.0, 0
+        self._few, self._longest_ns = 0, 0
         self._far, self._far_ns = 0, 0  # nods in a row, and their time
         self._limits = self._allowed = self._reached = 0.0, 0.0
         self._last_ns = -_LONGEST_GAP_NS - 1
@@ -26,11 +26,11 @@ class NodFollowing:
     @property
     def warning(self) -> str:
         """How far the joint moved, if by less than half of the nod, or beyond it; else empty."""
+        (low, high), (lower, upper) = self._reached, self._allowed
         if self._few >= _CONFIRMED:
-            return f'the joint moves by {self._moved:.2f} rad, although a nod is commanded'
+            return f'the joint moves by {high - low:.2f} rad, although a nod is commanded'
         if self._far < _CONFIRMED or self._far_ns < _APPROACH_NS:
             return ''
-        (low, high), (lower, upper) = self._reached, self._allowed
         return (
             f'the joint moves from {low:.2f} to {high:.2f} rad, although the nod is from '
             f'{lower:.2f} to {upper:.2f}: check the unit, zero and sign of its positions'
@@ -49,12 +49,11 @@ class NodFollowing:
         lower, upper = self._limits
         self._limits = min(lower, nod.pitch_min), max(upper, nod.pitch_max)
         self._note_duration(time_ns, 2.0 * nod.sweep_duration)
-        moved = self._high - self._low
-        follows = moved >= self._least_span / 2.0
+        follows = self._high - self._low >= self._least_span / 2.0
         if follows:
             self._few = 0
         if time_ns - self._begin_ns > self._duration * NS_PER_S:
-            self._few, self._moved = self._few + (not follows), moved
+            self._few += not follows
             if self._is_beyond():
                 self._far, self._far_ns = self._far + 1, self._far_ns + time_ns - self._begin_ns
             else:

@@ -30,6 +30,7 @@ from rclpy.node import Node
 _RECENT = 1.0  # s, for which drops, losses and errors are reported
 _BLIND = 3.0  # s without a range; in a hall, a sweep may have none for a second
 _BEHIND = 2.0  # s; scans that come this long after odometry of their time are of another clock
+_SCAN_END = 'the end of each scan'
 _AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
 # s; what comes later after its stamp than the other input by more is of another clock. A scan that
 # does not state the time of its beams comes a revolution late.
@@ -92,9 +93,7 @@ class Diagnosis:
         self._recent = Recent(_RECENT)
         self._recent.add(steady_ns(), Counter())
         self._latency = self._restamped = 0.0
-        # By how much the last joint state, and the end of the last scan, were stamped after their
-        # arrival [ns].
-        self._joint_ahead_ns = self._scan_ahead_ns = 0
+        self._ahead_ns = Counter[str]()  # by how much the last message was stamped after it came
         self._behind = 0.0  # by how much the last scan ended before the newest odometry [s]
         self.agreement = SweepAgreement()
         self.updater = SteadyUpdater(node, config.frame_id, self._state)
@@ -107,9 +106,7 @@ class Diagnosis:
         if self._placed_ns is None or self._scan_silence.seconds(now_ns):
             self._placed_ns = now_ns
         self._scan_silence.heard(now_ns, scan.stamp_ns)
-        arrived_ns = self._scans.arrived_ns
-        self._note_late(SCANS, scan.end_ns, arrived_ns)
-        self._scan_ahead_ns = scan.end_ns - arrived_ns if arrived_ns else 0
+        self._note_late(SCANS, scan.end_ns, self._scans.arrived_ns)
         if self._odometry is not None and self._odometry.newest_ns is not None:
             self._behind = (self._odometry.newest_ns - scan.end_ns) / NS_PER_S
         if self._range_ns is None or scan.geometry.measured(scan.ranges).any():
@@ -134,9 +131,7 @@ class Diagnosis:
         if self._joint_silence.seconds(now_ns):
             self._placed_ns = now_ns  # no scan could be placed meanwhile
         self._joint_silence.heard(now_ns, time_ns)
-        arrived_ns = self._states.arrived_ns
-        self._note_late(self._joint_name, time_ns, arrived_ns)
-        self._joint_ahead_ns = time_ns - arrived_ns if arrived_ns else 0
+        self._note_late(self._joint_name, time_ns, self._states.arrived_ns)
         self._following.add(time_ns, pitch, self._commanded())
 
     def _odometry_arrived(
@@ -148,6 +143,7 @@ class Diagnosis:
 
     def _note_late(self, name: str, measured_ns: int, arrived_ns: int) -> None:
         """Note when a message arrived [ns]; 0 if it is unknown, as in simulated time."""
+        self._ahead_ns[name] = measured_ns - arrived_ns if arrived_ns else 0
         if arrived_ns and not self._node.get_clock().ros_time_is_active:
             self._drift.add(name, arrived_ns - measured_ns, steady_ns())
 
@@ -231,8 +227,8 @@ class Diagnosis:
         if self._latency < 0.0 or self._node.get_clock().ros_time_is_active:
             return ''
         inputs = {
-            f"'{self._joint_name}'": self._joint_ahead_ns,
-            'the end of each scan': self._scan_ahead_ns,
+            f"'{self._joint_name}'": self._ahead_ns[self._joint_name],
+            _SCAN_END: self._ahead_ns[SCANS],
             'odometry': 0 if odometry is None else odometry.ahead_ns,
         }
         name, ahead_ns = max(inputs.items(), key=lambda each: each[1])
@@ -240,7 +236,7 @@ class Diagnosis:
         if ahead < _AHEAD:
             return ''
         remedy = 'synchronise the clocks'
-        if self._scan_ahead_ns == ahead_ns:
+        if name == _SCAN_END:
             remedy += ', or set scan_delay if scans are stamped when they end'
         return f'{name} is stamped {ahead:.2f} s in the future: {remedy}'
 
