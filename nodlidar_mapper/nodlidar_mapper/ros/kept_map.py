@@ -153,11 +153,11 @@ class KeptMap:
         """Log and note why a map was not saved."""
         try:
             yield
-        except EmptyMapError as error:
-            self._log.error(f'the map was not saved: {error}')
         except (NodlidarError, OSError) as error:
-            self.unsaved = f'the map was not saved: {in_words(error)}'
-            self._log.error(self.unsaved)
+            text = f'the map was not saved: {in_words(error)}'
+            self._log.error(text)
+            if not isinstance(error, EmptyMapError):
+                self.unsaved = text
 
 
 def _check(save_folder: str) -> None:
