@@ -81,6 +81,19 @@ class Bench:
         return np.abs(self.motion.position(turns) - limits)
 
 
+@pytest.mark.parametrize('rate', [0.001, 0.01])
+def test_swapped_bytes_that_look_like_an_alarm_are_no_shutdown(rate):
+    bench = Bench()
+    bench.run(2.0)
+    bench.faults.swap_rate = rate
+    bench.run(100.0)
+    bench.faults.mend()
+    bench.run(3.0)
+    assert bench.servo.shut_down == 0
+    assert bench.torque
+    assert len(bench.run(5.0)) == 500
+
+
 def test_samples_come_at_the_rate_and_are_the_truth_at_their_stamps():
     bench = Bench()
     samples = bench.run(10.0)
