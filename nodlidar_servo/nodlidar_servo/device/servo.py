@@ -25,7 +25,7 @@ _ATTEMPTS_TO_STOP = 8
 _SPARE = 6  # bytes before those that measure may be read, too
 _TRIALS = 8  # reads that measure how long the adapter holds replies back
 _MISSED_BY_RESET = 3  # answers in a row; a servo that starts anew takes longer than that
-_CONFIRMATIONS = 2  # more replies that must say that the motor has shut down
+_SURE = 3  # replies in a row that say that the motor has shut down
 _USUAL_FOR = 0.5  # s; replies that have been late for this long are usual
 
 
@@ -92,7 +92,13 @@ class Servo:
         return self._torque is not False
 
     def read(self) -> Sample:
-        """Measure once, in one transaction; raises DeviceError."""
+        """Measure, in one transaction unless the motor seems to have shut down.
+
+        Raises
+        ------
+        DeviceError
+            If that fails.
+        """
         reply, status = self._read_with_alarms()
         present, model = self._table.parse_present(reply.data), self._scale.model
         stamp_ns = self._stamp(reply)
@@ -108,18 +114,18 @@ class Servo:
         )
 
     def _read_with_alarms(self) -> tuple[Reply, int]:
-        """Return a reply and its status bits; believe a shutdown only if it is confirmed.
+        """Return a reply and its status bits; note a shutdown that several replies in a row say.
 
         A shutdown is final, and the sums of Protocol 1.0 and of STS do not show that bytes were
         swapped, which can look like an alarm.
         """
-        reply = self._read_present()
-        status = self._status(reply)
-        shut_down = status & self.limits.shutdown & ~self.shut_down
-        for _ in range(_CONFIRMATIONS if shut_down else 0):
+        shut_down = self.limits.shutdown & ~self.shut_down
+        for _ in range(_SURE):
             reply = self._read_present()
             status = self._status(reply)
             shut_down &= status
+            if not shut_down:
+                break
         self.shut_down |= shut_down
         return reply, status
 
