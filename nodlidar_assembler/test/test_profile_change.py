@@ -70,6 +70,7 @@ def test_a_region_that_was_begun_meanwhile_does_not_keep_the_nod(assembler):
     node = Assembler([], assembler._nod)
     assert not node._nod.controller.taken_over
     assert node._nod.commanded.pitch_max == pytest.approx(0.6136)
+    assembler.destroy_node()
     node.destroy_node()
 
 
