@@ -10,6 +10,7 @@ from nodlidar_assembler.inputs.joint_input import JointInput
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
 from nodlidar_assembler.plausibility.scan_angles import angles_in_doubt
 from nodlidar_assembler.plausibility.scan_jitter import ScanJitter
+from nodlidar_assembler.plausibility.scan_rate import ScanRate
 from nodlidar_assembler.scan_assembler import ScanAssembler
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import NS_PER_S
@@ -36,10 +37,6 @@ class MessageAssembler(ScanAssembler):
         Selects the samples of the nod joint.
     timing
         Counts the revolutions of the lidar without a scan.
-    scan_jitter
-        Of the stamps of scans.
-    scan_angles
-        How the angles of the last scan contradict each other; empty if they agree.
     """
 
     def __init__(
@@ -51,7 +48,7 @@ class MessageAssembler(ScanAssembler):
         super().__init__(config, mount)
         self._missing_odometry = missing_odometry
         self._scan_input = ScanInput(config)
-        self.scan_jitter, self.scan_angles = ScanJitter(), ''
+        self._scan_angles, self._scan_rate, self._scan_jitter = '', ScanRate(), ScanJitter()
         self._pitch = 0.0  # the latest [rad]
         self._joint_came = False  # since the last scan
         # By how much stamps of joint states are ahead of that of the scan that came with them [s].
@@ -75,6 +72,16 @@ class MessageAssembler(ScanAssembler):
         )
         return f'scans are stamped {order}: synchronise the clocks, or set scan_clock to device'
 
+    @property
+    def doubts(self) -> list[str]:
+        """What is wrong with valid scans and joint states, by themselves; empty texts if not."""
+        return [
+            self._scan_angles,
+            self._scan_rate.warning,
+            self._scan_jitter.warning,
+            self.joint.scatter.warning,
+        ]
+
     def scan(self, message: Any, arrived_ns: int) -> Scan:
         """Return a LaserScan that arrived at an instant [ns] as a scan to add.
 
@@ -85,8 +92,10 @@ class MessageAssembler(ScanAssembler):
         except RefusedScanError as error:
             self.drops[error.reason] += 1
             raise
-        self.scan_angles = angles_in_doubt(message)
-        self.scan_jitter.add(scan.stamp_ns, revolution_time(scan.geometry), self._pitch)
+        self._scan_angles = angles_in_doubt(message)
+        nominal = revolution_time(scan.geometry)
+        self._scan_rate.add(scan.stamp_ns, nominal)
+        self._scan_jitter.add(scan.stamp_ns, nominal, self._pitch)
         if self._joint_came and self.newest_joint_ns is not None:
             self._ahead = (self.newest_joint_ns - scan.stamp_ns) / NS_PER_S
         self._joint_came = False

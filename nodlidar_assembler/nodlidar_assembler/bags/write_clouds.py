@@ -101,8 +101,8 @@ def write_clouds(
                     on_progress(recorded.time_ns, first_ns, last_ns)
             replay.finish()
             _check_result(source, replay)
-        doubts = replay.assembler.joint.scatter.warning, replay.assembler.scan_jitter.warning
-        notes = [*source.damage, *replaced, *_left_out(path, config), *filter(None, doubts)]
+        doubts = filter(None, replay.assembler.doubts)
+        notes = [*source.damage, *replaced, *_left_out(path, config), *doubts]
     seconds = time.perf_counter() - begin
     return Summary(replay.counts, replay.assembler, first_ns, last_ns, seconds, notes)
 

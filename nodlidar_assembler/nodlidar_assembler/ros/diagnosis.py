@@ -316,10 +316,8 @@ class Diagnosis:
         return [
             self._blindness(),
             self._clock_ahead() or self._clocks_apart(),
-            self._assembly.assembler.scan_angles,
+            *self._assembly.assembler.doubts,
             '' if self._odometry is None else self._odometry_check.warning,
-            self._assembly.assembler.joint.scatter.warning,
-            self._assembly.assembler.scan_jitter.warning,
             self._restamping() or self._drifted(),
             self._following.warning,
             self.agreement.warning,
