@@ -69,7 +69,7 @@ class GrowingMap:
 
     def seen_around(self) -> Seen:
         """Return what the keyframes around have seen, in the frame of the map."""
-        return Seen.joined([each.seen for each in self.keyframes_around])
+        return Seen.joined([each.placed_cloud for each in self.keyframes_around])
 
     def go_to(self, pose: Array) -> None:
         """Continue at a pose that no way leads to."""
@@ -96,7 +96,7 @@ class GrowingMap:
         if self._indices_around[nearest] != self.anchor:
             self.anchor = self._indices_around[nearest]
             self._choose_around(pose)
-        return all(points > MORE * len(keyframe.points) for keyframe in here)
+        return all(points > MORE * len(keyframe.cloud.points) for keyframe in here)
 
     def add(
         self,
@@ -104,6 +104,7 @@ class GrowingMap:
         pose: Array,
         covariance: Array,
         seen: Seen,
+        robot: Array,
         begins: bool,
         near_share: float,
     ) -> Array:
@@ -115,6 +116,8 @@ class GrowingMap:
             Of the cloud.
         seen
             Its points, in its frame.
+        robot
+            Pose of the robot in that frame.
         begins
             Whether there is no map around yet.
         near_share
@@ -125,7 +128,11 @@ class GrowingMap:
         if not self._config.extend_map:
             return pose
         if is_new:
-            self._add_keyframe(stamp_ns, pose, covariance, seen.points, near_share)
+            nothing = Surface.joined([])
+            cloud = replace(seen, age=None)
+            self._add_keyframe(
+                Keyframe(stamp_ns, pose, nothing, cloud, robot), covariance, near_share
+            )
             self._extend(pose)
             if self._close_loop():
                 return self.keyframes[-1].pose
@@ -142,7 +149,7 @@ class GrowingMap:
         """Keep the first keyframe alone, from which the places so far are known."""
         empty = Surface.joined([])
         self.keyframes = [
-            replace(each, surface=empty, points=empty.points) for each in self.keyframes[:1]
+            replace(each, surface=empty, cloud=Seen.joined([])) for each in self.keyframes[:1]
         ]
         self.edges, self.loops, self.anchor, self._indices_around = [], 0, 0, [0]
         self._covariances = self._keyframe_covariances()
@@ -161,10 +168,9 @@ class GrowingMap:
         poses = np.stack([keyframe.pose for keyframe in self.keyframes])
         return list(pose_covariances(poses, self.edges, self._config.free))
 
-    def _add_keyframe(
-        self, stamp_ns: int, pose: Array, covariance: Array, points: Array, near_share: float
-    ) -> None:
-        self.keyframes.append(Keyframe(stamp_ns, pose, Surface.joined([]), points))
+    def _add_keyframe(self, keyframe: Keyframe, covariance: Array, near_share: float) -> None:
+        self.keyframes.append(keyframe)
+        pose = keyframe.pose
         last, accumulated = len(self.keyframes) - 1, np.zeros((6, 6))
         if last:
             anchor = self.keyframes[self.anchor].pose

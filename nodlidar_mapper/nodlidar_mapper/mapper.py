@@ -173,7 +173,8 @@ class Mapper:
         begins, pose = lost == NO_MAP, guess if lost else found.pose
         if not lost or begins:
             placed = carried(self._track.covariance, way)
-            pose = self.map.add(cloud.stamp_ns, pose, placed, seen, begins, found.near_share)
+            near = found.near_share
+            pose = self.map.add(cloud.stamp_ns, pose, placed, seen, robot, begins, near)
             self._map_from_odometry = pose @ inverse(cloud.odometry)
         self._track.move_to(pose @ robot, *cloud.robot)
         return self._estimate(cloud.stamp_ns, pose, robot, found, lost)

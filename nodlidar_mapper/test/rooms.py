@@ -2,6 +2,8 @@
 
 from nodlidar_mapper.geometry.poses import inverse, moved
 from nodlidar_mapper.geometry.seen import Seen
+from nodlidar_mapper.geometry.surface import Surface
+from nodlidar_mapper.graph.keyframe import Keyframe
 import numpy as np
 
 # Corners [m]. No turn makes the first one fit itself; half a turn does so with the second one.
@@ -12,6 +14,7 @@ HALL = [(0.0, -2.0), (12.5, -2.0), (12.5, -3.0), (14.0, -3.0), (14.0, -2.0), (22
 HALL += [(22.0, 2.0), (7.5, 2.0), (7.5, 3.0), (6.0, 3.0), (6.0, 2.0), (0.0, 2.0)]
 HALL = np.array(HALL)
 HEIGHT = 2.0
+HERE, NOTHING = np.eye(4), Surface.joined([])
 
 
 def cloud(corners, pose, seed=0, count=4000, noise=0.005, reach=np.inf):
@@ -34,6 +37,11 @@ def cloud(corners, pose, seed=0, count=4000, noise=0.005, reach=np.inf):
 def seen_from_origin(points):
     """Return points as seen by a lidar at the origin of their frame."""
     return Seen(points, np.zeros_like(points))
+
+
+def keyframe_of(points, pose=HERE, surface=NOTHING, stamp_ns=0):
+    """Return a keyframe of points as seen from the origin of its frame."""
+    return Keyframe(stamp_ns, pose, surface, seen_from_origin(points))
 
 
 def distance_inside(corners, points):

@@ -1,11 +1,14 @@
 """Occupancy of what stands in a room, against its true place."""
 
+from dataclasses import replace
+
 from nodlidar_mapper.geometry.poses import planar
+from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
-from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.output.grid import FREE, grid_of, GridConfig, OCCUPIED, UNKNOWN
 import numpy as np
 import pytest
+from rooms import keyframe_of
 
 FAR = 6.0  # where the wall is [m]
 
@@ -16,9 +19,8 @@ def level_fan(height, more=()):
     behind = np.stack([np.full(801, FAR), y, np.zeros(801)], axis=1)
     pose = planar(0.0, 0.0, 0.0)
     pose[2, 3] = height
-    empty = np.empty((0, 3))
     points = np.concatenate([behind, np.reshape(more, (-1, 3)) - pose[:3, 3]])
-    return Keyframe(0, pose, Surface(empty, empty), points)
+    return keyframe_of(points, pose)
 
 
 def walls():
@@ -114,3 +116,38 @@ def test_a_leg_is_not_free_at_the_border_of_the_grid_either(y):
     grid = grid_of(walls(), beams, GridConfig())
     x, y_of = centres(grid)
     assert grid.cells.ravel()[np.hypot(x - leg[0], y_of - y).argmin()] == UNKNOWN
+
+
+def test_what_no_beam_crossed_is_not_free_though_the_lidar_moved_on():
+    """The lidar sees the wall to its left from x = 0 and stands at x = 1 m at the end."""
+    keyframes = []
+    for height in (0.15, 0.55, 0.95):
+        fan = level_fan(height)
+        y = fan.cloud.points[:, 1]
+        left = np.where(y > 0.0, -1.0, 0.0)[:, None] * (1.0, 0.0, 0.0)
+        pose = fan.pose.copy()
+        pose[0, 3] = 1.0
+        points = fan.cloud.points - (1.0, 0.0, 0.0)
+        keyframes.append(replace(fan, pose=pose, cloud=Seen(points, left)))
+    x, y = centres(grid := grid_of(walls(), keyframes, GridConfig()))
+    free = grid.cells == FREE
+    inside, away = (x > 0.3) & (x < 5.5), np.hypot(x - 1.0, y) > 0.3
+    # The border of what beams cross on the left is a line from x = 0, on the right from x = 1 m.
+    for side, start in ((1.0, 0.0), (-1.0, 1.0)):
+        border = 4.0 * (x - start) / (FAR - start)
+        beside = inside & away & (side * y > 0.1)
+        assert free[beside & (side * y < border - 0.1)].all()
+        assert not free[beside & (side * y > border + 0.1)].any()
+
+
+def test_where_the_robot_stood_is_free_and_not_where_its_lidar_was():
+    """Below the lidar, 0.6 m ahead of the robot, is a hole."""
+    across = np.arange(-0.2, 0.25, 0.05)
+    x, y = (v.ravel() for v in np.meshgrid(across, across))
+    fan = level_fan(1.0, np.column_stack([x, y, np.full(len(x), -1.0)]))
+    keyframes = [level_fan(0.15), level_fan(0.55), fan]
+    robot = planar(-0.6, 0.0, 0.0)
+    grid = grid_of(walls(), [replace(each, robot=robot) for each in keyframes], GridConfig())
+    x, y = centres(grid)
+    assert (grid.cells[np.hypot(x, y) < 0.1] == UNKNOWN).all()
+    assert (grid.cells[np.hypot(x + 0.6, y) < 0.1] == FREE).all()

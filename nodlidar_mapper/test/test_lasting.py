@@ -2,9 +2,9 @@
 
 from nodlidar_mapper.geometry.poses import planar
 from nodlidar_mapper.geometry.surface import Surface
-from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.output.lasting import lasting_surface, ranges_beyond
 import numpy as np
+from rooms import keyframe_of
 
 ANGLES = np.radians(np.arange(-40.0, 40.0, 0.5))
 SLOPES = np.arange(-0.25, 0.25, 0.02)
@@ -21,22 +21,22 @@ def seen_from(x, person_at=None):
         far = np.where(hidden, person_at - x, far)
     points = np.stack([far, far * np.tan(grid[:, 0]), far * grid[:, 1]], axis=1)
     surface = Surface(points, np.tile([-1.0, 0.0, 0.0], (len(points), 1)))
-    return Keyframe(0, planar(x, 0.0, 0.0), surface, points)
+    return keyframe_of(points, planar(x, 0.0, 0.0), surface)
 
 
 def test_a_person_goes_and_the_wall_stays():
     keyframes = [seen_from(0.0, 2.0), seen_from(0.2), seen_from(0.4), seen_from(0.6)]
     x = lasting_surface(keyframes).points[:, 0]
     assert (np.abs(x - 4.0) < 1e-9).all()
-    everything = sum(len(each.points) for each in keyframes)
-    on_wall = sum((np.abs(k.points[:, 0] + k.pose[0, 3] - 4.0) < 1e-9).sum() for k in keyframes)
+    everything = sum(len(each.cloud.points) for each in keyframes)
+    on_wall = sum((np.abs(k.placed_cloud.points[:, 0] - 4.0) < 1e-9).sum() for k in keyframes)
     assert len(x) == on_wall < everything
 
 
 def share_of_the_person_kept(keyframes):
     kept = lasting_surface(keyframes).points
     person = np.abs(kept[:, 0] - 2.0) < 1e-9
-    everything = sum((np.abs(k.points[:, 0] + k.pose[0, 3] - 2.0) < 1e-9).sum() for k in keyframes)
+    everything = sum((np.abs(k.placed_cloud.points[:, 0] - 2.0) < 1e-9).sum() for k in keyframes)
     return person.sum() / everything
 
 

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import inverse, planar
-from nodlidar_mapper.geometry.surface import Surface, surface_of
-from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.geometry.surface import surface_of
 from nodlidar_mapper.graph.loops import loop_at
 from nodlidar_mapper.graph.pose_graph import step
 import numpy as np
 import pytest
-from rooms import cloud, CROOKED, seen_from_origin
+from rooms import cloud, CROOKED, keyframe_of, seen_from_origin
 
 NOWHERE = np.empty((0, 3))
 DRIFT = planar(0.12, -0.08, 0.02)  # of the map on the way round
@@ -25,7 +24,7 @@ def way():
     places = [(2.0 * k, 0.0) for k in range(6)] + [(12.0 - 2.0 * k, 0.5) for k in range(1, 7)]
     poses = [planar(x, y, 0.0) for x, y in places]
     poses[-1] = DRIFT
-    keyframes = [Keyframe(k, pose, Surface.joined([]), NOWHERE) for k, pose in enumerate(poses)]
+    keyframes = [keyframe_of(NOWHERE, pose, stamp_ns=k) for k, pose in enumerate(poses)]
     keyframes[0] = replace(keyframes[0], surface=room)
     edges = [
         step(k, k + 1, inverse(keyframes[k].pose) @ keyframes[k + 1].pose, SURE)

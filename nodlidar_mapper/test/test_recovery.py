@@ -7,14 +7,13 @@ from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import between, inverse, moved, planar
 from nodlidar_mapper.geometry.surface import Surface, surface_of
-from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.recovery.place_search import Area, best_place, clear_share
 from nodlidar_mapper.recovery.range_image import RangeImage
 from nodlidar_mapper.recovery.recovery import Guess, Recovery
 import numpy as np
 import pytest
-from rooms import cloud, CROOKED, HALL, OBLONG, seen_from_origin
+from rooms import cloud, CROOKED, HALL, keyframe_of, OBLONG, seen_from_origin
 
 NS = 10**9
 JUMPS = [(0.6, 0.0, 0.0), (0.0, 0.5, 0.3), (5.0, -3.0, 2.0), (0.0, 0.0, 3.1)]
@@ -237,7 +236,7 @@ def floor(*below):
 
 def test_beams_go_over_a_floor_not_through_it():
     """Between two rows of a keyframe, the floor is 0.4 m nearer than the farther row."""
-    keyframe = Keyframe(0, np.eye(4), Surface.joined([]), floor(14.2, 20.0, 26.0))
+    keyframe = keyframe_of(floor(14.2, 20.0, 26.0))
     points = floor(15.7, 15.8)
     assert clear_share(points, np.eye(4), [keyframe]) < 0.8
     on = np.ones(len(points), dtype=np.bool_)
@@ -269,7 +268,7 @@ def floor_and_ceiling(first):
 def test_a_floor_far_away_is_not_seen_through_between_its_rows():
     """The rows of two clouds hit the floor up to 30 m away, metres apart."""
     before, after = floor_and_ceiling(2.0), floor_and_ceiling(3.0)
-    keyframe = Keyframe(0, planar(0.0, 0.0, 0.0), Surface(before, np.zeros_like(before)), before)
+    keyframe = keyframe_of(before, surface=Surface(before, np.zeros_like(before)))
     clear = clear_share(after, planar(0.0, 0.0, 0.0), [keyframe])
     assert clear > MapConfig().least_clear
 
@@ -278,7 +277,7 @@ def test_a_floor_nearby_is_not_seen_through_either():
     """Beams of both clouds share a bin; over a bare floor they end up to 1 m apart."""
     steep = [floor_and_ceiling(first) for first in (12.1, 13.9)]
     before, after = (points[points[:, 2] < 0.0] for points in steep)
-    keyframe = Keyframe(0, np.eye(4), Surface(before, np.zeros_like(before)), before)
+    keyframe = keyframe_of(before, surface=Surface(before, np.zeros_like(before)))
     assert clear_share(after, np.eye(4), [keyframe]) == 1.0
 
 
@@ -288,7 +287,7 @@ def test_nobody_is_found_on_a_bare_floor():
     x, y = rng.uniform(-6.0, 6.0, (2, 8000))
     points = np.column_stack([x, y, rng.normal(-1.0, 0.005, len(x))])
     seen = seen_from_origin(points)
-    keyframe = Keyframe(0, np.eye(4), surface_of(seen, seen), points)
+    keyframe = keyframe_of(points, surface=surface_of(seen, seen))
     here = seen_from_origin(points[np.hypot(x, y) < 4.0])
     guess = Guess(planar(0.2, 0.0, 0.1), np.eye(6) * 1e-4, False, False)
     found = Recovery(MapConfig()).search(here, guess, guess.pose, [keyframe])

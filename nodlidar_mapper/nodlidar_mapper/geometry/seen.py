@@ -29,9 +29,10 @@ class Seen:
     @classmethod
     def joined(cls, parts: Sequence[Seen]) -> Seen:
         """Return the points of several clouds as one, whose ages are no longer known."""
+        empty = np.empty((0, 3))
         return cls(
-            np.concatenate([part.points for part in parts]),
-            np.concatenate([part.origins for part in parts]),
+            np.concatenate([empty, *(part.points for part in parts)]),
+            np.concatenate([empty, *(part.origins for part in parts)]),
         )
 
     @property

@@ -1,7 +1,7 @@
 """What a map consists of, and where clouds were taken."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from nodlidar_mapper.geometry.poses import Array
@@ -22,14 +22,17 @@ class Keyframe:
         Of the cloud's frame in the map, as a matrix.
     surface
         In the cloud's frame.
-    points
-        The cloud, in its frame [m], shape (n, 3).
+    cloud
+        Its points, in its frame.
+    robot
+        Pose of the robot in the cloud's frame.
     """
 
     stamp_ns: int
     pose: Array
     surface: Surface
-    points: Array
+    cloud: Seen
+    robot: Array = field(default_factory=lambda: np.eye(4))
 
     @cached_property
     def placed_surface(self) -> Surface:
@@ -37,9 +40,9 @@ class Keyframe:
         return self.surface.moved(self.pose)
 
     @property
-    def seen(self) -> Seen:
-        """The cloud in the frame of the map, as seen from its place."""
-        return Seen(self.points, np.zeros_like(self.points)).moved(self.pose)
+    def placed_cloud(self) -> Seen:
+        """The cloud in the frame of the map."""
+        return self.cloud.moved(self.pose)
 
 
 def surface_of_map(keyframes: Sequence[Keyframe]) -> Surface:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameters import parameter
-from nodlidar_mapper.geometry.poses import Array, moved
+from nodlidar_mapper.geometry.poses import Array
+from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe
 import numpy as np
@@ -116,9 +117,10 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
     ends = []
     hole = np.zeros(cubes.shape[1:], dtype=np.bool_)
     for keyframe in keyframes:
-        end = np.unique(cubes.numbers(moved(keyframe.pose, keyframe.points)))
+        cloud = keyframe.placed_cloud
+        end = np.unique(cubes.numbers(cloud.points))
         before = passes_of[end]
-        beams = _along_beams(keyframe, cubes.size)
+        beams = _along_beams(cloud, cubes.size)
         passes_of[cubes.numbers(beams)] += 1  # all its beams once
         below = beams[beams[:, 2] < config.height_min - config.hole_depth]
         hole.reshape(-1)[cubes.cell_numbers(below)] = True
@@ -127,7 +129,7 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
     hit, hits = np.unique(np.concatenate(ends), return_counts=True)
     hit = hit[OUTWEIGHED * hits > passes_of[hit]]
     occupied = cubes.cells(cubes.numbers(_covering(surface, cubes.size)), LEAST_POINTS)
-    places = np.stack([keyframe.pose[:3, 3] for keyframe in keyframes])
+    places = np.stack([(keyframe.pose @ keyframe.robot)[:3, 3] for keyframe in keyframes])
     robot = _disc(config.narrowest_passage / 2.0 / cubes.size)
     stood = binary_dilation(cubes.cells(cubes.cell_numbers(places)), robot)
     cells = np.full(occupied.shape, UNKNOWN, dtype=np.int8)
@@ -219,13 +221,11 @@ def _covering(surface: Surface, size: float) -> Array:
     return np.concatenate([surface.points, (level[:, None] + patch).reshape(-1, 3)])
 
 
-def _along_beams(keyframe: Keyframe, step: float) -> Array:
-    """Return points every step [m] along the beams of a keyframe, before their ends, (n, 3)."""
-    start = keyframe.pose[:3, 3]
-    ends = moved(keyframe.pose, keyframe.points)
-    length = np.linalg.norm(ends - start, axis=1)
+def _along_beams(seen: Seen, step: float) -> Array:
+    """Return points every step [m] along the beams of a cloud, before their ends, (n, 3)."""
+    length = np.linalg.norm(seen.towards, axis=1)
     count = np.maximum((length / step).astype(np.intp) - 1, 0)
-    beam = np.repeat(np.arange(len(ends)), count)
+    beam = np.repeat(np.arange(len(length)), count)
     number = np.arange(len(beam)) - np.repeat(np.cumsum(count) - count, count)
     share = (number * step / length[beam])[:, None]
-    return np.asarray(start + share * (ends[beam] - start))
+    return np.asarray(seen.origins[beam] - share * seen.towards[beam])

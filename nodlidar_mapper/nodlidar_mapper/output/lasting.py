@@ -19,7 +19,9 @@ BEAM, ACROSS, BEAMS = np.radians(2.0), 0.15, 4
 def lasting_surface(keyframes: Sequence[Keyframe]) -> Surface:
     """Return the surfaces of all keyframes, without what other clouds see through.
 
-    A point goes if beams of more keyframes pass beyond it than end on it.
+    A point goes if beams of more keyframes pass beyond it than end on it. They count as from the
+    keyframe's place, although the robot may drive during a sweep: with their own places, it were
+    the same but for a thousandth of the points, in `building` at 1.2 m/s.
     """
     surface = surface_of_map(keyframes)
     passes = np.zeros(len(surface.points), dtype=np.int64)
@@ -28,7 +30,7 @@ def lasting_surface(keyframes: Sequence[Keyframe]) -> Surface:
         near = np.linalg.norm(surface.points - keyframe.pose[:3, 3], axis=1) < REACH
         index = np.flatnonzero(near)
         points = moved(inverse(keyframe.pose), surface.points[index])
-        beyond = ranges_beyond(points, keyframe.points)
+        beyond = ranges_beyond(points, keyframe.cloud.points)
         passes[index] += np.isfinite(beyond) & (beyond > BEYOND)
         hits[index] += np.abs(beyond) <= BEYOND
     return surface[(passes < LEAST_PASSES) | (passes <= hits)]

@@ -8,6 +8,7 @@ from typing import Any
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.whole_file import named, whole_file
 from nodlidar_mapper.geometry.poses import Array, inverse
+from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
@@ -17,16 +18,17 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 KEYFRAMES = 'keyframes.npz'  # name of the file
-FORMAT = 1
+FORMAT = 2
 ROUNDING = 1e-4  # of matrices and normals, at most
 # Points of all keyframes one after the other; `*_counts` are the numbers of each.
 SHAPES: dict[str, tuple[int | str, ...]] = {
     'stamp_ns': ('keyframes',),
     'pose': ('keyframes', 4, 4),
+    'robot': ('keyframes', 4, 4),
     'surface_counts': ('keyframes',),
     'surface': ('surface', 6),
     'cloud_counts': ('keyframes',),
-    'cloud': ('cloud', 3),
+    'cloud': ('cloud', 6),
     'edge': ('edges', 2),
     'relative': ('edges', 4, 4),
     'information': ('edges', 6, 6),
@@ -48,14 +50,16 @@ def save_keyframes(path: Path, keyframes: Sequence[Keyframe], edges: Sequence[Ed
         Of a map with one keyframe at least.
     """
     surfaces = [np.hstack([k.surface.points, k.surface.normals]) for k in keyframes]
+    clouds = [np.hstack([k.cloud.points, k.cloud.origins]) for k in keyframes]
     arrays = {
         'format': np.array(FORMAT),
         'stamp_ns': np.array([k.stamp_ns for k in keyframes], dtype=np.int64),
         'pose': np.stack([k.pose for k in keyframes]),
+        'robot': np.stack([k.robot for k in keyframes]),
         'surface_counts': np.array([len(each) for each in surfaces], dtype=np.int64),
         'surface': np.concatenate(surfaces).astype(np.float32),
-        'cloud_counts': np.array([len(k.points) for k in keyframes], dtype=np.int64),
-        'cloud': np.concatenate([k.points for k in keyframes]).astype(np.float32),
+        'cloud_counts': np.array([len(each) for each in clouds], dtype=np.int64),
+        'cloud': np.concatenate(clouds).astype(np.float32),
         'edge': np.array([(e.start, e.end) for e in edges], dtype=np.int64).reshape(-1, 2),
         'relative': np.array([e.relative for e in edges]).reshape(-1, 4, 4),
         'information': np.array([e.information for e in edges]).reshape(-1, 6, 6),
@@ -90,9 +94,15 @@ def load_keyframes(path: Path) -> tuple[list[Keyframe], list[Edge]]:
     surfaces = _parts(arrays['surface'], arrays['surface_counts'])
     clouds = _parts(arrays['cloud'], arrays['cloud_counts'])
     keyframes = [
-        Keyframe(int(stamp_ns), pose, Surface(surface[:, :3], surface[:, 3:]), cloud)
-        for stamp_ns, pose, surface, cloud in zip(
-            arrays['stamp_ns'], arrays['pose'], surfaces, clouds, strict=True
+        Keyframe(
+            int(stamp_ns),
+            pose,
+            Surface(surface[:, :3], surface[:, 3:]),
+            Seen(cloud[:, :3], cloud[:, 3:]),
+            robot,
+        )
+        for stamp_ns, pose, robot, surface, cloud in zip(
+            arrays['stamp_ns'], arrays['pose'], arrays['robot'], surfaces, clouds, strict=True
         )
     ]
     edges = [
@@ -136,7 +146,7 @@ def _check_values(arrays: dict[str, NDArray[Any]]) -> None:
     ends = arrays['edge']
     if (counts < 0).any() or (ends < 0).any() or (ends >= len(arrays['stamp_ns'])).any():
         raise ValueError('an index or a count is out of range')
-    for name in ('pose', 'relative'):
+    for name in ('pose', 'robot', 'relative'):
         off = inverse(arrays[name]) @ arrays[name] - np.eye(4)
         if (np.abs(off) > ROUNDING).any() or (np.linalg.det(arrays[name]) < 0.0).any():
             raise ValueError(f'{name} is not rigid')

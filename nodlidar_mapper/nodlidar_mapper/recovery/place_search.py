@@ -143,7 +143,7 @@ def clear_share(
 @lru_cache(2 * NEAREST)
 def _image(keyframe: Keyframe) -> RangeImage:
     """Return what a keyframe sees; clouds are near the same ones for a while."""
-    return RangeImage(keyframe.points)
+    return RangeImage(keyframe.cloud.points)
 
 
 def _differ(one: Array, other: Array) -> bool:
