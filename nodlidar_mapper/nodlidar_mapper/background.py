@@ -32,7 +32,12 @@ class Background:
         (job, then), self._job = self._job, None
         then(job.result())
 
+    def finish(self) -> None:
+        """Wait for the end of the last job, and deliver its result."""
+        self._thread.shutdown()
+        self.deliver()
+
     def end(self) -> None:
-        """Wait for the end of the job, and forget it."""
+        """Wait for the end of the last job, and forget it."""
         self._thread.shutdown()
         self._job = None

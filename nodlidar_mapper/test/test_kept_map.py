@@ -138,3 +138,48 @@ def test_maps_that_end_faster_than_they_can_be_saved_are_named(kept, disk):
     kept.end(None)
     others = [keyframes for kind, keyframes in disk.kinds_and_keyframes if kind == 'others']
     assert others == [(0,), (3,), (4,)]
+
+
+def fail_once(monkeypatch, kind):
+    """Let the next saving of a kind of files fail."""
+    save = getattr(kept_map, kind)
+
+    def fail(*_, **__):
+        monkeypatch.setattr(kept_map, kind, save)
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    monkeypatch.setattr(kept_map, kind, fail)
+
+
+def test_a_map_that_ended_and_could_not_be_saved_is_tried_again(kept, disk, monkeypatch):
+    fail_once(monkeypatch, 'save_keyframes_of')
+    kept.begin(snapshot('a'))
+    step_until(kept, lambda: len(disk.written) == 2)
+    kept.end(None)
+    assert disk.kinds_and_keyframes == [('keyframes', ('a',)), ('others', ('a',))]
+    assert not kept.unsaved
+
+
+def test_a_map_that_is_being_saved_as_the_node_ends_is_saved_wholly(kept, disk, monkeypatch):
+    disk.gates['keyframes'].clear()
+    kept.begin(snapshot('a'))
+    step_until(kept, lambda: disk.writing)
+    threading.Timer(0.1, disk.gates['keyframes'].set).start()
+    kept.end(None)
+    assert disk.kinds_and_keyframes == [('keyframes', ('a',)), ('others', ('a',))]
+
+
+@pytest.mark.parametrize('kind', ['save_keyframes_of', 'save'])
+def test_it_is_told_until_that_map_is_saved_whatever_becomes_of_the_next(
+    kept, disk, monkeypatch, kind
+):
+    fail_once(monkeypatch, kind)
+    monkeypatch.setattr(kept_map, 'PERIOD', 1e3)  # a is not tried again soon
+    kept.begin(snapshot('a'))
+    step_until(kept, lambda: kept.unsaved)
+    monkeypatch.setattr(kept_map, 'PERIOD', 0.0)
+    kept.begin()
+    step_until(kept, lambda: ('keyframes', ('b',)) in disk.kinds_and_keyframes, snapshot('b'))
+    assert 'No space left' in kept.unsaved
+    kept.end(snapshot('b'))
+    assert bool(kept.unsaved) is (kind == 'save')  # the keyframes are saved at the end

@@ -1,8 +1,7 @@
 """The map in save_folder: saved while the robot drives, and when it or the node ends."""
 
 from collections import deque
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from itertools import count
 from pathlib import Path
 import time
@@ -22,22 +21,20 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 PERIOD = 30.0  # s
 MOST_WAITING = 2  # maps that ended; a bag in a loop may end them sooner than they can be saved
 
+MapInFolder = tuple[Path, MapSnapshot]
+
 
 class KeptMap:
     """Saves the keyframes every PERIOD, and all files at the end, each map in its own folder.
 
     A map ends with the node, or when another one begins. The keyframes take a moment, the other
-    files up to minutes, and a node may be killed. So keyframes come first, in their own thread.
+    files up to minutes, and a node may be killed. So keyframes come first, in their own thread;
+    where that fails, it is tried again.
 
     Parameters
     ----------
     config, log
         Nothing is saved without save_folder.
-
-    Attributes
-    ----------
-    unsaved
-        Why the newest map could not be saved; empty if it could.
 
     Raises
     ------
@@ -47,10 +44,11 @@ class KeptMap:
 
     def __init__(self, config: MapperConfig, log: RcutilsLogger) -> None:
         self._config, self._log = config, log
-        self.unsaved = ''
+        self._why: dict[Path, str] = {}  # maps are not saved, or not wholly
         self._thread, self._finishing = Background(), Background()
-        self._ended: deque[tuple[Path, MapSnapshot]] = deque()  # whose keyframes are not saved yet
-        self._unfinished: deque[tuple[Path, MapSnapshot]] = deque()  # whose other files are not
+        self._ended: deque[MapInFolder] = deque()  # whose keyframes are not saved yet
+        self._again_ns = 0  # when those are tried again that could not be saved
+        self._unfinished: deque[MapInFolder] = deque()  # whose other files are not saved yet
         self._folders: set[Path] = set()
         if config.save_folder:
             _check(config.save_folder)
@@ -60,37 +58,43 @@ class KeptMap:
         """Take another map, which begins; the one that ended is saved."""
         if ended is not None and self._config.save_folder:
             self._ended.append((self._own_folder(), ended))
+            self._again_ns = 0
         self._folder: Path | None = None
         self._saved: Sequence[Keyframe] = []
         self._wait()
+
+    @property
+    def unsaved(self) -> str:
+        """Why a map is not saved, or not wholly: the newest such map; empty if all are."""
+        return next(reversed(self._why.values()), '')
 
     def step(self, snapshot: MapSnapshot | None) -> None:
         """Save maps that ended, or the keyframes if it is time and they have changed."""
         self._thread.deliver()
         self._finishing.deliver()
         if self._unfinished and not self._finishing.busy:
-            self._finish_in_background(self._unfinished.popleft())
+            self._start(self._finishing, self._finish, self._unfinished.popleft(), self._note)
         if self._thread.busy:
             return
-        if self._ended:
+        if self._ended and steady_ns() >= self._again_ns:
             ended = self._ended.popleft()
-            self._add_unfinished(ended)
-            self._save_in_background(ended)
+            self._start(self._thread, self._save_keyframes, ended, self._note_ended)
         elif snapshot is not None and self._is_due(snapshot):
             self._wait()
             self._saved = snapshot.keyframes
-            self._save_in_background((self._own_folder(), snapshot))
+            own = self._own_folder(), snapshot
+            self._start(self._thread, self._save_keyframes, own, self._note_saved)
 
     def end(self, snapshot: MapSnapshot | None) -> None:
         """Save the map, and those before it that were not saved yet, all keyframes first."""
-        self._thread.end()
-        self._finishing.end()
+        self._thread.finish()
+        self._finishing.finish()
         if snapshot is not None and self._config.save_folder:
             self._ended.append((self._own_folder(), snapshot))
-        for map_in_folder in self._ended:
-            self._save_keyframes(*map_in_folder)
-        for map_in_folder in (*self._unfinished, *self._ended):
-            self._finish(*map_in_folder)
+        for ended in self._ended:
+            self._note(ended, self._save_keyframes(*ended))
+        for unfinished in (*self._unfinished, *self._ended):
+            self._note(unfinished, self._finish(*unfinished) or self._why.get(unfinished[0], ''))
         self._unfinished.clear()
         self._ended.clear()
 
@@ -99,34 +103,61 @@ class KeptMap:
         wanted = bool(self._config.save_folder) and steady_ns() >= self._after_ns
         return wanted and self._saved != snapshot.keyframes
 
-    def _save_in_background(self, map_in_folder: tuple[Path, MapSnapshot]) -> None:
-        self._thread.start(lambda: self._save_keyframes(*map_in_folder), self._note_saved)
+    def _start(
+        self,
+        thread: Background,
+        save_map: Callable[[Path, MapSnapshot], str],
+        one: MapInFolder,
+        note: Callable[[MapInFolder, str], None],
+    ) -> None:
+        thread.start(lambda: save_map(*one), lambda why: note(one, why))
 
-    def _note_saved(self, _: None) -> None:
-        if self.unsaved:
+    def _note(self, one: MapInFolder, why: str) -> None:
+        """Note why a map was not saved; empty if it was."""
+        self._why.pop(one[0], None)
+        if why:
+            self._why[one[0]] = why
+
+    def _note_saved(self, own: MapInFolder, why: str) -> None:
+        self._note(own, why)
+        if why:
             self._saved = []  # they are tried again, although they have not changed
 
-    def _finish_in_background(self, map_in_folder: tuple[Path, MapSnapshot]) -> None:
-        self._finishing.start(lambda: self._finish(*map_in_folder), lambda _: None)
+    def _note_ended(self, ended: MapInFolder, why: str) -> None:
+        self._note(ended, why)
+        if not why:
+            self._add_limited(self._unfinished, ended, 'has only keyframes')
+            return
+        self._again_ns = steady_ns() + round(PERIOD * NS_PER_S)
+        self._add_limited(self._ended, ended, 'is not saved')
 
-    def _add_unfinished(self, map_in_folder: tuple[Path, MapSnapshot]) -> None:
-        """Add a map to those whose other files are to be saved, which wait in memory."""
-        self._unfinished.append(map_in_folder)
-        if len(self._unfinished) > MOST_WAITING:
-            folder, _ = self._unfinished.popleft()
+    def _add_limited(self, waiting: deque[MapInFolder], one: MapInFolder, lacks: str) -> None:
+        """Add a map to those that wait in memory; forget the oldest if there are too many."""
+        waiting.append(one)
+        if len(waiting) > MOST_WAITING:
+            folder, _ = waiting.popleft()
             self._log.warning(
-                f"maps end faster than they can be saved: '{folder.absolute()}' has only keyframes"
+                f"maps end faster than they can be saved: '{folder.absolute()}' {lacks}"
             )
 
-    def _save_keyframes(self, folder: Path, snapshot: MapSnapshot) -> None:
-        with self._telling():
-            save_keyframes_of(folder, snapshot)
-            self.unsaved = ''
+    def _save_keyframes(self, folder: Path, snapshot: MapSnapshot) -> str:
+        return self._why_not(lambda: save_keyframes_of(folder, snapshot))
 
-    def _finish(self, folder: Path, snapshot: MapSnapshot) -> None:
-        with self._telling():
-            self._log.info(f"saving the other files of the map in '{folder.absolute()}'")
-            self._log.info(save(folder, snapshot, self._config, with_keyframes=False))
+    def _finish(self, folder: Path, snapshot: MapSnapshot) -> str:
+        self._log.info(f"saving the other files of the map in '{folder.absolute()}'")
+        return self._why_not(
+            lambda: self._log.info(save(folder, snapshot, self._config, with_keyframes=False))
+        )
+
+    def _why_not(self, save_map: Callable[[], object]) -> str:
+        """Save a map; return why it could not be saved, and log it."""
+        try:
+            save_map()
+        except (NodlidarError, OSError) as error:
+            text = f'the map was not saved: {in_words(error)}'
+            self._log.error(text)
+            return '' if isinstance(error, EmptyMapError) else text
+        return ''
 
     def _wait(self) -> None:
         self._after_ns = steady_ns() + round(PERIOD * NS_PER_S)
@@ -147,17 +178,6 @@ class KeptMap:
         )
         self._folders.add(folder := next(free))
         return folder
-
-    @contextmanager
-    def _telling(self) -> Iterator[None]:
-        """Log and note why a map was not saved."""
-        try:
-            yield
-        except (NodlidarError, OSError) as error:
-            text = f'the map was not saved: {in_words(error)}'
-            self._log.error(text)
-            if not isinstance(error, EmptyMapError):
-                self.unsaved = text
 
 
 def _check(save_folder: str) -> None:
