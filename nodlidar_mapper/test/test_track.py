@@ -62,6 +62,10 @@ def test_a_slip_is_taken_out_of_the_points_that_it_bent():
     np.testing.assert_allclose(track.seen(wall, np.zeros(1), np.zeros(3), slip).points, wall)
     older = track.seen(deskewed, 2.0 * age, np.zeros(3), slip).points
     np.testing.assert_allclose(older, wall, atol=1e-9)  # before the last cloud, nothing slipped
+    # Nor is known of a slip after the instant of the cloud, if that is its first point.
+    later = track.seen(wall, -age, np.zeros(3), slip)
+    np.testing.assert_allclose(later.points, wall)
+    np.testing.assert_allclose(later.origins, track.seen(wall, -age, np.zeros(3)).origins)
 
 
 def test_every_pause_is_noticed():

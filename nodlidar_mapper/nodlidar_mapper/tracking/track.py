@@ -133,7 +133,7 @@ class Track:
         points = shifted(points, seconds * self._miscounted)
         lidars = shifted(lidar, seconds * self._back)
         if slip is not None:
-            way = np.minimum(seconds, self.interval) * slip
+            way = np.clip(seconds, 0.0, self.interval) * slip
             points, lidars = shifted(points, way), shifted(lidars, way)
         return Seen(points, lidars, age)
 
