@@ -774,6 +774,17 @@ def test_a_sensor_that_is_silent_is_told_apart_from_the_other(running):
     assert any('no cloud on /other/points for' in words for words in robot.words())
 
 
+def test_a_cloud_without_a_stamp_hides_no_silence(running):
+    robot, mapper, until = running
+    robot.send_unstamped()
+    until(lambda: mapper.clouds.received == 1)
+    for count in (2, 3):
+        robot.send_two(True, False)
+        until(lambda count=count: mapper.clouds.received == count)
+    [silence] = mapper.clouds.silences.values()
+    assert silence.seconds(cloud_input.steady_ns() + 3600 * 10**9) > 3000.0
+
+
 @pytest.mark.parametrize('running', [TWO], indirect=True)
 def test_clouds_far_behind_those_of_the_other_sensor_are_dropped_and_counted(running):
     robot, mapper, until = running

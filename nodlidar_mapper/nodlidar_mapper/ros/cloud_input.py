@@ -129,39 +129,46 @@ class CloudInput:
         """Return the oldest cloud that has odometry, of the newest ones of each topic.
 
         Those before came while others were matched. They are dropped, as are those that waited for
-        odometry too long.
+        odometry too long, and those of which nothing is to be read.
         """
         placed = {
             each: poses
             for each in self._waiting
             if (poses := self._poses_of(each.message)) is not None
         }
+        self._drop_overdue([each for each in self._waiting if each not in placed])
         for topic in self._config.cloud_topics:
             for each in [one for one in placed if one.topic == topic][:-MOST_READY]:
                 del placed[each]
                 self._drop(each, BUSY)
-        for each in [one for one in self._waiting if one not in placed]:
-            if self._is_overdue(each):
-                reason = self._unplaced(each.message.header.frame_id)
-                self._drop(each, reason)
-                text = f'dropped: {reason}; {self._beside_odometry(each.stamp_ns)}'
-                self._node.get_logger().warning(text, throttle_duration_sec=5.0)
         for each, poses in sorted(placed.items(), key=lambda item: item[0].stamp_ns):
-            others = [ns for topic, ns in self._used_ns.items() if topic != each.topic]
-            if each.stamp_ns < max(others, default=0) - BEHIND_NS:
-                self._drop(each, BEHIND)
-                continue
-            try:
-                points, age = points_in(each.message)
-                cloud = Cloud(each.stamp_ns, points, *poses, age)
-                self._waiting.remove(each)
-                self._used_ns[each.topic] = each.stamp_ns
-                self._dropped_ns = None
+            if cloud := self._read(each, *poses):
                 return cloud
-            except ValueError as error:
-                self._drop(each, MALFORMED)
-                self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)
         return None
+
+    def _drop_overdue(self, unplaced: list[_Waiting]) -> None:
+        for each in filter(self._is_overdue, unplaced):
+            reason = self._unplaced(each.message.header.frame_id)
+            self._drop(each, reason)
+            text = f'dropped: {reason}; {self._beside_odometry(each.stamp_ns)}'
+            self._node.get_logger().warning(text, throttle_duration_sec=5.0)
+
+    def _read(self, each: _Waiting, odometry: Array, mount: Array) -> Cloud | None:
+        """Return a waiting cloud, which waits no longer; None if it is dropped."""
+        self._waiting.remove(each)
+        others = [ns for topic, ns in self._used_ns.items() if topic != each.topic]
+        if each.stamp_ns < max(others, default=0) - BEHIND_NS:
+            self._count(BEHIND)
+            return None
+        try:
+            points, age = points_in(each.message)
+        except ValueError as error:
+            self._count(MALFORMED)
+            self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return None
+        self._used_ns[each.topic] = each.stamp_ns
+        self._dropped_ns = None
+        return Cloud(each.stamp_ns, points, odometry, mount, age)
 
     def _drop(self, each: _Waiting, reason: str) -> None:
         self._waiting.remove(each)
@@ -262,10 +269,10 @@ class CloudInput:
                 self.drops[OF_OTHERS] += 1
                 return
             self._sources[topic] = publisher
-        silence.heard(steady_ns(), time_ns(message.header.stamp))
         if not 0 < time_ns(message.header.stamp) <= LATEST_NS:
             self._count(MALFORMED)
             return
+        silence.heard(steady_ns(), time_ns(message.header.stamp))
         if is_of_odometry(message.header.frame_id, self._config.odom_frame):
             self._count(OF_ODOMETRY)
             return
