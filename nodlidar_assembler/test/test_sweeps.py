@@ -148,6 +148,9 @@ def test_scans_that_overlap_a_little_are_of_one_cloud():
     (cloud,) = (cloud for scan in scans for cloud in gatherer.add_scan(scan))
     assert len(cloud.data) == 4 * 103 + 51
     assert cloud.data['ring'].max() == 4
+    assert (np.diff(cloud.time_ns) >= 0).all()
+    np.testing.assert_allclose(cloud.data['time'] * 1e9, cloud.time_ns - START_NS, atol=100.0)
+    np.testing.assert_array_equal(np.bincount(cloud.data['ring']), [103] * 4 + [51])
 
 
 def test_a_scan_that_arrives_twice_is_in_its_cloud_once():

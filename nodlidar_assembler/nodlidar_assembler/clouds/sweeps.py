@@ -126,7 +126,10 @@ class SweepGatherer:
 
 
 def joined(scans: list[Points]) -> Points | None:
-    """Return scans as one cloud: times count from its first point, origin of the first scan."""
+    """Return scans as one cloud in the order of time, with the origin of the first scan.
+
+    Scans may overlap, see `add_scan`. The field ``time`` counts from the first point.
+    """
     if not scans:
         return None
     origin = scans[0].origin
@@ -134,8 +137,11 @@ def joined(scans: list[Points]) -> Points | None:
     # Zeros, so that the bytes between fields are always the same.
     data = np.zeros(len(time_ns), dtype=scans[0].data.dtype)
     np.concatenate([scan.data_from(origin) for scan in scans], out=data)
-    if 'time' in (data.dtype.names or ()):
-        data['time'] = (time_ns - time_ns[0]) / NS_PER_S
     data['ring'] = np.repeat(np.arange(len(scans)), [len(scan.data) for scan in scans])
     poses = [scan.poses for scan in scans if scan.poses is not None]
-    return Points(time_ns, data, origin, Poses.joined(poses) if poses else None)
+    cloud = Points(time_ns, data, origin, Poses.joined(poses) if poses else None)
+    if (time_ns[1:] < time_ns[:-1]).any():
+        cloud = cloud[np.argsort(time_ns, kind='stable')]
+    if 'time' in (data.dtype.names or ()):
+        cloud.data['time'] = (cloud.time_ns - cloud.time_ns[0]) / NS_PER_S
+    return cloud
