@@ -464,6 +464,26 @@ def test_where_it_is_allowed_a_scan_without_odometry_is_made_uncompensated():
     assert bench.pipeline.given[0][2] is None
 
 
+def test_of_a_scan_that_odometry_does_not_place_the_pitch_is_estimated_once():
+    bench = MovingBench(without_odometry='uncompensated')
+    pipeline = bench.assembler._pipeline = Pipeline(
+        AssemblerConfig(ego_motion='beam', without_odometry='uncompensated')
+    )
+    estimate, estimated = pipeline.estimator.pitch, []
+
+    def counted(*given):
+        estimated.append(given)
+        return estimate(*given)
+
+    pipeline.estimator.pitch = counted
+    for ms, x in ((0, 0.0), (50, 10.0), (100, 0.0), (150, 10.0)):  # it jumps
+        bench.odometry(ms, x)
+    bench.scan(10)
+    bench.scan(60)
+    assert [ms for ms, _ in bench.uncompensated] == [10, 60]
+    assert len(estimated) == 2
+
+
 @given(st.permutations([100 * k for k in range(5)]), st.integers(0, 5))
 def test_every_scan_is_compensated_or_given_up_once_and_in_order(stamps, when):
     bench = MovingBench()

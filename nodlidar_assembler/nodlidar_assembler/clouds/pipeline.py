@@ -199,11 +199,11 @@ class Pipeline:
             If it has the ranges of the scan before, at another pitch.
         """
         beams = self.beams(scan.geometry)
+        poses = None
+        if odometry is not None:  # first: if it fails, the estimator must not have learned yet
+            poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._config)
         pitch = self.estimator.pitch(scan.stamp_ns, beams.offset, sample_ns, sample_pitch)
         self._repeats.check(scan.geometry, scan.ranges, pitch)
-        poses = None
-        if odometry is not None:
-            poses = odometry.at(scan.stamp_ns + beams.offset_ns, self._config)
         placed = place(beams, self._without_mixed_pixels(scan), pitch)
         placed = self._with_sigma(placed, scan, beams, pitch)
         points = self._points(scan, placed, beams, poses)
