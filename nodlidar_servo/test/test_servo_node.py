@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
@@ -16,6 +17,7 @@ from nodlidar_common.ros.messages import nod_to_message
 from nodlidar_common.ros.node import run
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand, NodStatus
+from nodlidar_servo.device.sample import Sample
 from nodlidar_servo.ros.node import ServoNode
 from nodlidar_sim.devices import rx_table as table
 from nodlidar_sim.devices.rx_motor import TICK
@@ -179,6 +181,21 @@ def nod_from_now():
 
 def torque(emulator):
     return emulator.table[table.TORQUE_ENABLE]
+
+
+def test_samples_that_wait_for_later_ones_are_published_although_the_port_fails(monkeypatch):
+    rclpy.init()
+    try:
+        node, published = ServoNode(), []
+        publisher = SimpleNamespace(publish=lambda state: published.append(state.position[0]))
+        monkeypatch.setattr(node, '_joint_states', publisher)
+        node._samples = [Sample(k, 0.1 * k, 0.0, 0.0, 12.0, 30, 0) for k in range(3)]
+        node.disconnect()
+        node.disconnect()
+        node.destroy_node()
+    finally:
+        rclpy.shutdown()
+    assert published == [0.0, 0.1, 0.2]
 
 
 def test_it_nods_and_tells_the_truth(commander, emulator, motion, ports):

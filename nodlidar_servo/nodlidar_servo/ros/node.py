@@ -71,7 +71,6 @@ class ServoNode(NodNode):
             self.get_logger().warning(warning)
         self._servo = Servo(port, self.config, self._host_time)
         self._servo.connect()
-        self._samples.clear()
         self.diagnosis.connected(self._servo, warning)
         self._loop = ServoLoop(
             self._servo,
@@ -91,7 +90,9 @@ class ServoNode(NodNode):
         samples = self._loop.cycle()
         self._samples += samples
         if not samples or len(self._samples) >= self._together:
+            self.diagnosis.cycled(self._loop.sample, self._loop.progress)
             self._publish_samples()
+            self._publish_status()
         if self._following.fault != self._fault_logged:
             self._log_fault(self._following.fault)
 
@@ -104,15 +105,14 @@ class ServoNode(NodNode):
             self.get_logger().info(f'the servo {over}')
 
     def _publish_samples(self) -> None:
-        self.diagnosis.cycled(self._loop.sample, self._loop.progress)
         for sample in self._samples:
             fill_joint_state(self._message, sample)
             self._joint_states.publish(self._message)
         self._samples.clear()
-        self._publish_status()
 
     def disconnect(self) -> None:
-        """Switch the torque off."""
+        """Publish what was measured, and switch the torque off."""
+        self._publish_samples()
         servo, self._servo = self._servo, None
         self._following.rest()
         try:
