@@ -56,9 +56,9 @@ class NodeConfig:
     )
     save_folder: str = parameter(
         '',
-        'The map is saved when the node ends or another map begins, in this folder, into one of '
-        'its own that is named by the time, and its keyframes.npz every 30 s; if empty, it is '
-        'not saved',
+        'Folder for maps. Each has a folder of its own in it, named by the time, and is saved '
+        'when the node ends or another map begins, its keyframes.npz every 30 s as well; if '
+        'empty, maps are not saved',
     )
     map_period: float = parameter(
         5.0,
@@ -95,10 +95,18 @@ class MapConfig(LoopConfig, TrackConfig):
         'map_folder',
     )
     keyframe_distance: float = parameter(
-        0.5, 'Motion after which the map is extended', unit='m', minimum=0.05, maximum=10.0
+        0.5,
+        'Way after which there is a new keyframe, if the robot does not turn',
+        unit='m',
+        minimum=0.05,
+        maximum=10.0,
     )
     keyframe_angle: float = parameter(
-        0.5, 'Turn after which the map is extended', unit='rad', minimum=0.05, maximum=3.0
+        0.5,
+        'Turn after which there is one, if it stays in place; shares of both add up',
+        unit='rad',
+        minimum=0.05,
+        maximum=3.0,
     )
     least_share: float = parameter(
         0.4,

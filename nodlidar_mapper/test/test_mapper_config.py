@@ -16,7 +16,7 @@ import pytest
         ({'odom_frame': 'map'}, "'odom_frame' must be a frame other than map_frame = 'map'"),
         ({'base_frame': 'odom'}, "'base_frame' must be a frame other than odom_frame = 'odom'"),
         ({'base_frame': 'map'}, "'base_frame' must be a frame other than map_frame = 'map'"),
-        ({'height_min': 2.0}, "'height_max' must be above height_min = 2.0 m, but is 1.8"),
+        ({'band_bottom': 2.0}, "'band_top' must be above band_bottom = 2.0 m, but is 1.8"),
     ],
 )
 def test_a_contradiction_is_named(given, message):

@@ -35,16 +35,24 @@ class GridConfig:
     resolution: float = parameter(
         0.05, 'Side of a cell of the grid', unit='m', minimum=0.01, maximum=1.0
     )
-    height_min: float = parameter(
-        0.1, 'Lowest height that counts as occupied', unit='m', minimum=-100.0, maximum=100.0
+    band_bottom: float = parameter(
+        0.1,
+        'Lowest z in the map that counts as occupied; z = 0 is that of odom_frame',
+        unit='m',
+        minimum=-100.0,
+        maximum=100.0,
     )
-    height_max: float = parameter(
-        1.8, 'Highest height that counts as occupied', unit='m', minimum=-100.0, maximum=100.0
+    band_top: float = parameter(
+        1.8,
+        'Highest z in the map that counts as occupied',
+        unit='m',
+        minimum=-100.0,
+        maximum=100.0,
     )
     free_gap: float = parameter(
         0.5,
-        'A cell is free if beams crossed it from height_min up, but for gaps of at most so much: '
-        'what is lower may stand there unseen',
+        'A cell is free if beams crossed it from band_bottom up, with no vertical gap larger than '
+        'this: what is lower may stand there unseen',
         unit='m',
         minimum=0.0,
         maximum=100.0,
@@ -57,10 +65,9 @@ class GridConfig:
         minimum=0.0,
         maximum=2.0,
     )
-
     hole_depth: float = parameter(
         0.3,
-        'Where a beam goes on so far below height_min, there is no floor: a cell is not free',
+        'Where a beam goes on so far below band_bottom, there is no floor: a cell is not free',
         unit='m',
         minimum=0.1,
         maximum=100.0,
@@ -68,9 +75,9 @@ class GridConfig:
 
     def check_together(self) -> None:
         """Raise ParameterError for heights of which none counts."""
-        if self.height_max <= self.height_min:
-            limit = f'above height_min = {self.height_min} m'
-            raise ParameterError('height_max', limit, self.height_max)
+        if self.band_top <= self.band_bottom:
+            limit = f'above band_bottom = {self.band_bottom} m'
+            raise ParameterError('band_top', limit, self.band_top)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,7 +129,7 @@ def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig)
         before = passes_of[end]
         beams = _along_beams(cloud, cubes.size)
         passes_of[cubes.numbers(beams)] += 1  # all its beams once
-        below = beams[beams[:, 2] < config.height_min - config.hole_depth]
+        below = beams[beams[:, 2] < config.band_bottom - config.hole_depth]
         hole.reshape(-1)[cubes.cell_numbers(below)] = True
         passes_of[end] = before
         ends.append(end)
@@ -156,12 +163,12 @@ class _Cubes:
     @classmethod
     def around(cls, points: Array, config: GridConfig) -> _Cubes:
         """Return those around points (n, 3) [m]."""
-        size, band = config.resolution, config.height_max - config.height_min
+        size, band = config.resolution, config.band_top - config.band_bottom
         low = np.floor((points[:, :2].min(axis=0) - MARGIN) / size) * size
         columns, rows = np.ceil((points[:, :2].max(axis=0) + MARGIN - low) / size).astype(int)
         layers = max(int(np.ceil(band / LAYER)), 1)
-        corner = np.array([*low, config.height_min])
-        return cls(corner, config.height_max, size, (layers, int(rows), int(columns)))
+        corner = np.array([*low, config.band_bottom])
+        return cls(corner, config.band_top, size, (layers, int(rows), int(columns)))
 
     def numbers(self, points: Array) -> NDArray[np.intp]:
         """Return the numbers of the cubes of those points (n, 3) that are in any."""

@@ -46,16 +46,16 @@ class TrackConfig(MatchingConfig):
         minimum=0.001,
         maximum=1.0,
     )
-    max_speed: float = parameter(
+    max_robot_speed: float = parameter(
         2.0,
-        'Fastest motion of the robot; odometry that says more has jumped',
+        'Odometry that moves faster between two clouds counts as a jump',
         unit='m/s',
         minimum=0.1,
         maximum=100.0,
     )
-    max_turn_rate: float = parameter(
+    max_robot_turn_rate: float = parameter(
         4.0,
-        'Fastest turn of the robot; odometry that says more has jumped',
+        'Odometry that turns faster between two clouds counts as a jump',
         unit='rad/s',
         minimum=0.1,
         maximum=100.0,
@@ -215,7 +215,8 @@ class Track:
         config = self._config
         known = len(self._seconds) == TIMES
         self.paused = known and seconds > PAUSE * max(self._seconds)
-        if distance > config.max_speed * seconds or turn > config.max_turn_rate * seconds:
+        longest, most = config.max_robot_speed * seconds, config.max_robot_turn_rate * seconds
+        if distance > longest or turn > most:
             self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
             self._counted = self._last_motion
             self._speed_since = stamp_ns, odometry
