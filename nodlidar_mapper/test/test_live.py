@@ -1,16 +1,12 @@
 """The mapper of the node: the path, and what a person sets."""
 
-from pathlib import Path
-
-from matplotlib.image import imread
 from nodlidar_mapper import live
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import planar
-from nodlidar_mapper.live import LiveMapper, surface_and_grid
+from nodlidar_mapper.live import LiveMapper
 from nodlidar_mapper.mapper import Mapper
-from nodlidar_mapper.output.grid import Grid, GridConfig
-from nodlidar_mapper.output.picture import write_picture
+from nodlidar_mapper.output.grid import EmptyMapError, GridConfig, surface_and_grid
 import numpy as np
 import pytest
 from rooms import cloud, CROOKED, OBLONG
@@ -48,7 +44,8 @@ def test_a_drawn_map_does_not_change_with_the_drive():
 
 def test_an_empty_map_is_not_drawn():
     snapshot = LiveMapper(Mapper(MapConfig())).add(Cloud(0, np.empty((0, 3)), np.eye(4)))
-    assert surface_and_grid(snapshot.keyframes, GridConfig()) is None
+    with pytest.raises(EmptyMapError):
+        surface_and_grid(snapshot.keyframes, GridConfig())
 
 
 @pytest.mark.parametrize('shift', [(0.2, -0.2, 0.05), (-0.3, 0.1, -0.08)])
@@ -92,32 +89,6 @@ def test_a_pose_that_a_person_set_stays_if_the_next_cloud_does_not_match():
     found = mapper.add(Cloud(3 * NS, noise, odometry)).estimate
     assert found.lost
     np.testing.assert_allclose(found.map_from_odometry @ odometry, given, atol=1e-9)
-
-
-def test_a_map_is_saved_and_loaded_below_home(tmp_path, monkeypatch):
-    monkeypatch.setenv('HOME', str(tmp_path))
-    mapper = LiveMapper(Mapper(MapConfig()))
-    snapshot = mapper.add(Cloud(0, cloud(OBLONG, np.eye(4)), np.eye(4)))
-    live.save(Path('~/map'), snapshot, GridConfig())
-    assert (tmp_path / 'map' / 'map.png').exists()
-    loaded = live.load(Path('~/map'), MapConfig())
-    assert len(loaded.mapper.map.keyframes) == len(snapshot.keyframes)
-
-
-def test_a_missing_map_is_named_with_the_folder_of_the_node(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(FileNotFoundError) as caught:
-        live.load(Path('my_map'), MapConfig())
-    assert caught.value.filename == f'{tmp_path}/my_map/keyframes.npz'
-
-
-@pytest.mark.parametrize('shape', [(6000, 80), (80, 6000), (200, 200)])
-def test_a_picture_of_a_long_corridor_is_no_larger_than_others(tmp_path, shape):
-    grid = Grid(np.zeros(shape, dtype=np.int8), (0.0, 0.0), 0.05)
-    write_picture(tmp_path / 'map.png', grid, np.eye(4)[None])
-    rows, columns, _ = imread(tmp_path / 'map.png').shape
-    assert max(rows, columns) < 1200
-    assert min(rows, columns) > 300
 
 
 def test_a_map_begins_near_its_origin_where_float32_keeps_millimetres():

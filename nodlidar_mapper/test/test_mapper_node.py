@@ -17,9 +17,9 @@ from nodlidar_common.stamps import time_ns
 from nodlidar_common.time_order import LEAST_TO_JUMP
 from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_mapper.geometry.surface import Surface
-from nodlidar_mapper.live import load
 from nodlidar_mapper.mapper import FIRST
 from nodlidar_mapper.output import saved_map
+from nodlidar_mapper.output.map_folder import load
 from nodlidar_mapper.ros import cloud_input, diagnosis, kept_map, map_output, messages
 from nodlidar_mapper.ros.cloud_input import (
     BEHIND,
@@ -285,7 +285,7 @@ def test_the_map_is_saved_when_the_node_ends_and_never_over_another_one(running,
         patch.setattr(saved_map, 'whole_file', lambda path: written.append(path) or write(path))
         mapper.output.end()
     (folder,) = (tmp_path / 'maps').iterdir()
-    assert len(load(folder, mapper.config).mapper.map.keyframes) == 1
+    assert len(load(folder)[0]) == 1
     assert {path.name for path in folder.iterdir()} == FILES
     assert written == [Path('maps') / folder.name / 'keyframes.npz']  # once
 
@@ -306,7 +306,7 @@ def test_the_map_before_load_map_is_saved_too(running, tmp_path, at_once):
     mapper.output.end()
     folders = sorted((tmp_path / 'maps').iterdir())
     assert [{path.name for path in folder.iterdir()} for folder in folders] == [FILES, FILES]
-    keyframes = [load(folder, mapper.config).mapper.map.keyframes for folder in folders]
+    keyframes = [load(folder)[0] for folder in folders]
     assert sorted(map(len, keyframes)) == [1, 2]
 
 
@@ -324,7 +324,7 @@ def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
         drive(running, 0, [np.eye(4)] * 2, [np.eye(4)] * 2)
         until(saved)  # while it drives
     (file,) = saved()
-    assert len(load(file.parent, mapper.config).mapper.map.keyframes) == 1
+    assert len(load(file.parent)[0]) == 1
     mapper.output.kept._after_ns = 2**63
     drive(running, 2, [planar(0.6, 0.0, 0.0)], [planar(0.6, 0.0, 0.0)])
     with pytest.MonkeyPatch.context() as patch:
@@ -332,7 +332,7 @@ def test_of_a_node_that_is_killed_the_keyframes_are_saved(running, tmp_path):
         with pytest.raises(ZeroDivisionError):
             mapper.output.end()
     assert saved() == [file]
-    assert len(load(file.parent, mapper.config).mapper.map.keyframes) == 2
+    assert len(load(file.parent)[0]) == 2
 
 
 @pytest.mark.usefixtures('in_tmp_path')
@@ -528,7 +528,7 @@ def test_a_folder_of_nobody_is_refused(running):
 
 def test_an_unexpected_error_of_a_request_is_answered_and_logged(running, capfd, monkeypatch):
     robot, _, until = running
-    monkeypatch.setattr('nodlidar_mapper.ros.map_output.load', lambda folder, config: 1 // 0)
+    monkeypatch.setattr('nodlidar_mapper.ros.map_output.load', lambda folder: 1 // 0)
     answer = call(robot, until, 'load_map', 'anywhere')
     assert not answer.success
     assert answer.message.startswith('internal error, ZeroDivisionError')

@@ -26,11 +26,11 @@ from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.terminal import progress_bar, result_console, summary_table
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.poses import Array
-from nodlidar_mapper.live import make_parent
 from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.offline import estimates
 from nodlidar_mapper.output.grid import GridConfig
 from nodlidar_mapper.output.map_files import write_map
+from nodlidar_mapper.output.map_folder import make_parent
 from nodlidar_mapper.tracking.odometry_delay import is_worth_setting, KNOWN_ERROR, odometry_delay
 import numpy as np
 

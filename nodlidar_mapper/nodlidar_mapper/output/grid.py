@@ -11,6 +11,7 @@ from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe
+from nodlidar_mapper.output.lasting import lasting_surface
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, binary_dilation
@@ -101,6 +102,12 @@ class Grid:
 
 class EmptyMapError(NodlidarError):
     """A map without surfaces."""
+
+
+def surface_and_grid(keyframes: Sequence[Keyframe], config: GridConfig) -> tuple[Surface, Grid]:
+    """Return the lasting surfaces and the grid of a map; raises as `grid_of`."""
+    surface = lasting_surface(keyframes)
+    return surface, grid_of(surface, keyframes, config)
 
 
 def grid_of(surface: Surface, keyframes: Sequence[Keyframe], config: GridConfig) -> Grid:

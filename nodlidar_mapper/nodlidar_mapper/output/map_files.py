@@ -8,8 +8,7 @@ from nodlidar_common.whole_file import whole_files
 from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.map_snapshot import MapSnapshot
-from nodlidar_mapper.output.grid import FREE, Grid, grid_of, GridConfig, OCCUPIED
-from nodlidar_mapper.output.lasting import lasting_surface
+from nodlidar_mapper.output.grid import FREE, Grid, GridConfig, OCCUPIED, surface_and_grid
 from nodlidar_mapper.output.picture import write_picture
 from nodlidar_mapper.output.saved_map import KEYFRAMES, save_keyframes
 import numpy as np
@@ -37,16 +36,14 @@ def write_map(
     EmptyMapError
         If there is no surface.
     """
-    keyframes, path = snapshot.keyframes, snapshot.path
-    surface = lasting_surface(keyframes)
-    grid = grid_of(surface, keyframes, config)
+    surface, grid = surface_and_grid(snapshot.keyframes, config)
     with whole_files(folder) as part:
         write_surface(part / 'map.ply', surface)
         write_grid(part, grid)
-        write_path(part / 'trajectory.txt', snapshot.stamps_ns, path)
+        write_path(part / 'trajectory.txt', snapshot.stamps_ns, snapshot.path)
         if with_keyframes:
-            save_keyframes(part / KEYFRAMES, keyframes, snapshot.edges)
-        write_picture(part / 'map.png', grid, path)
+            save_keyframes(part / KEYFRAMES, snapshot.keyframes, snapshot.edges)
+        write_picture(part / 'map.png', grid, snapshot.path)
     return surface
 
 

@@ -14,8 +14,8 @@ from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.graph.map_snapshot import MapSnapshot
-from nodlidar_mapper.live import make_parent, save, save_keyframes_of
 from nodlidar_mapper.output.grid import EmptyMapError
+from nodlidar_mapper.output.map_folder import make_parent, save, save_keyframes_of
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 PERIOD = 30.0  # s

@@ -17,7 +17,10 @@ from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.graph.map_snapshot import MapSnapshot
-from nodlidar_mapper.live import LiveMapper, load, save, surface_and_grid
+from nodlidar_mapper.live import LiveMapper
+from nodlidar_mapper.mapper import Mapper
+from nodlidar_mapper.output.grid import EmptyMapError, surface_and_grid
+from nodlidar_mapper.output.map_folder import load, save
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.kept_map import KeptMap
 from nodlidar_msgs.srv import MapFolder
@@ -117,10 +120,12 @@ class MapOutput:
         def draw() -> tuple[Any, ...]:
             at = snapshot.estimate.stamp_ns, config.map_frame
             path = messages.path_message(snapshot.stamps_ns, snapshot.path, *at)
-            found = None if same else surface_and_grid(snapshot.keyframes, config)
-            if found is None:
+            if same:
                 return (path,)
-            surface, grid = found
+            try:
+                surface, grid = surface_and_grid(snapshot.keyframes, config)
+            except EmptyMapError:
+                return (path,)
             return path, messages.surface_message(surface, *at), messages.grid_message(grid, *at)
 
         def publish(found: tuple[Any, ...]) -> None:
@@ -155,7 +160,10 @@ class MapOutput:
             self._on_load(mapper)
             return f'{len(mapper.mapper.map.keyframes)} keyframes loaded'
 
-        return await self._answered(response, lambda: load(_folder(request), self._config), loaded)
+        def job() -> LiveMapper:
+            return LiveMapper(Mapper(self._config, *load(_folder(request))))
+
+        return await self._answered(response, job, loaded)
 
     async def _answered(
         self, response: MapFolder.Response, job: Callable[[], Any], then: Callable[[Any], str]

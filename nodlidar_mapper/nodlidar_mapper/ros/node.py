@@ -18,8 +18,9 @@ from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_mapper.geometry.poses import Array, inverse, placed
 from nodlidar_mapper.graph.map_snapshot import MapSnapshot
-from nodlidar_mapper.live import continued, LiveMapper, load
+from nodlidar_mapper.live import continued, LiveMapper
 from nodlidar_mapper.mapper import Mapper, NO_MAP
+from nodlidar_mapper.output.map_folder import load
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.cloud_input import CloudInput
 from nodlidar_mapper.ros.diagnosis import Diagnosis
@@ -71,7 +72,7 @@ class MapperNode(Node):
         if not folder:
             return LiveMapper(Mapper(self.config))
         try:
-            return load(Path(folder), self.config)
+            return LiveMapper(Mapper(self.config, *load(Path(folder))))
         except (NodlidarError, OSError) as error:
             limit = f'a saved map ({in_words(error)})'
             raise ParameterError('map_folder', limit, folder) from error
