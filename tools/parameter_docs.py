@@ -15,7 +15,7 @@ from typing import Any
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
 from nodlidar_common.parameters import Limits, limits_of
-from nodlidar_driver.config import DriverConfig, LdrobotConfig
+from nodlidar_driver.config import LdrobotConfig, ScipConfig
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
@@ -32,7 +32,7 @@ BY_PROFILE = {
 GOVERNED = {key: values for key, values in BY_PROFILE.items() if len({*values.values()}) > 1}
 NODES = {
     'assembler': (ProfileConfig, AssemblerConfig),
-    'driver': (DriverConfig,),
+    'driver': (ScipConfig,),
     'ldrobot': (LdrobotConfig,),
     'servo': (ServoConfig,),
     'joint_trajectory': (TrajectoryConfig,),

@@ -4,7 +4,7 @@ from functools import partial
 import time
 
 from nodlidar_assembler.bags.sensor_log import SensorLog
-from nodlidar_assembler.ros.node import Assembler
+from nodlidar_assembler.ros.node import AssemblerNode
 from nodlidar_bringup.ros.launched import keep_apart
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.stamps import NS_PER_S
@@ -41,7 +41,7 @@ def _replayed(parameters: list[str], messages: list[Timed]) -> float:
     """
     given = [word for parameter in parameters for word in ('-p', parameter)]
     rclpy.init(args=['--ros-args', *given])
-    node = Assembler()
+    node = AssemblerNode()
     node.get_logger().set_level(LoggingSeverity.ERROR)
     callbacks = {s.msg_type: s.callback for s in node.subscriptions}
     info: dict[str, int] = {}  # of the middleware about a message

@@ -1,7 +1,7 @@
 """The table of topics in docs/network.md says what the endpoints of live nodes report."""
 
-from nodlidar_assembler.ros.node import Assembler
-from nodlidar_driver.ros.scip_node import DriverNode
+from nodlidar_assembler.ros.node import AssemblerNode
+from nodlidar_driver.ros.scip_node import ScipNode
 from nodlidar_mapper.ros.node import MapperNode
 from nodlidar_servo.ros.node import ServoNode
 import pytest
@@ -19,7 +19,7 @@ def node():
     """Return one of all nodes in one process, which know of each other at once."""
     given = ['-p', 'ego_motion:=beam', '-p', 'level_scan:=sweep']
     rclpy.init(args=['--ros-args', *given])
-    nodes = [make() for make in (DriverNode, ServoNode, Assembler, MapperNode)]
+    nodes = [make() for make in (ScipNode, ServoNode, AssemblerNode, MapperNode)]
     for device in nodes[:2]:
         device.trigger_configure()  # from then on it publishes diagnostics
     yield nodes[0]

@@ -5,7 +5,7 @@ import math
 import random
 
 from geometry_msgs.msg import TransformStamped
-from nodlidar_assembler.ros.node import Assembler
+from nodlidar_assembler.ros.node import AssemblerNode
 import rclpy
 from rclpy.logging import LoggingSeverity
 from sensor_msgs.msg import JointState, LaserScan
@@ -128,7 +128,7 @@ class Fed:
     def __init__(self, parameters):
         given = [part for parameter in parameters for part in ('-p', parameter)]
         rclpy.init(args=['--ros-args', *given])
-        self.node = Assembler()
+        self.node = AssemblerNode()
         self.node.get_logger().set_level(LoggingSeverity.FATAL)
         self._numbers = dict.fromkeys(('scan', 'joint', 'tf'), 0)
 

@@ -8,7 +8,7 @@ from log_messages import scan_message, state_message
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.ros.node import Assembler
+from nodlidar_assembler.ros.node import AssemblerNode
 from nodlidar_common.nod import Nod
 from nodlidar_common.ros.executor import Executor
 from nodlidar_msgs.msg import Coverage, NodCommand
@@ -47,7 +47,7 @@ class NodeBench:
 
     def __init__(self, parameters):
         rclpy.init(args=['--ros-args', *(f for p in parameters for f in ('-p', p))])
-        self.node, self.feeder = Assembler(), rclpy.create_node('feeder')
+        self.node, self.feeder = AssemblerNode(), rclpy.create_node('feeder')
         self.executor = Executor()
         for node in (self.node, self.feeder):
             self.executor.add_node(node)

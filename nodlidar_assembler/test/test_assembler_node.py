@@ -13,7 +13,7 @@ from nodlidar_assembler.plausibility import stamp_drift
 from nodlidar_assembler.profiles import PROFILES
 from nodlidar_assembler.ros import diagnosis
 from nodlidar_assembler.ros.assembly_filter import SEVERAL
-from nodlidar_assembler.ros.node import Assembler
+from nodlidar_assembler.ros.node import AssemblerNode
 from nodlidar_assembler.scan_assembler import ONE_INSTANT
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.ros.messages import nod_from_message, time_message
@@ -62,7 +62,7 @@ def test_parameters_that_are_not_given_are_those_of_the_profile(parameters, conf
 def test_an_unknown_profile_is_refused():
     rclpy.init(args=['--ros-args', '-p', 'profile:=best'])
     with pytest.raises(ParameterError, match="'profile' must be one of fast, balanced"):
-        Assembler()
+        AssemblerNode()
     rclpy.shutdown()
 
 

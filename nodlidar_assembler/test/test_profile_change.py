@@ -5,7 +5,7 @@ import time
 from node_bench import sensor_log, simulated
 from nodlidar_assembler.control.region_plan import RegionError
 from nodlidar_assembler.profiles import PROFILES
-from nodlidar_assembler.ros.node import Assembler
+from nodlidar_assembler.ros.node import AssemblerNode
 from nodlidar_common.ros.executor import Executor
 from nodlidar_msgs.action import ScanRegion
 from nodlidar_sim.world.scene import load_scene
@@ -19,7 +19,7 @@ ARGUMENTS = ['--ros-args', '-p', 'coverage_window:=5.0', '-p', 'profile:=fast']
 @pytest.fixture
 def assembler():
     rclpy.init(args=ARGUMENTS)
-    yield Assembler()
+    yield AssemblerNode()
     rclpy.shutdown()
 
 
@@ -67,7 +67,7 @@ def test_a_region_that_was_begun_meanwhile_does_not_keep_the_nod(assembler):
     scan = sensor_log(simulated(load_scene('wall', ideal=True), 0.3)).scans[0]
     assembler._nod.follow_lidar(scan)
     assembler._region._begin(ScanRegion.Goal(pitch_min=-0.2, pitch_max=0.2, cell=0.1))
-    node = Assembler([], assembler._nod)
+    node = AssemblerNode([], assembler._nod)
     assert not node._nod.controller.taken_over
     assert node._nod.commanded.pitch_max == pytest.approx(0.6136)
     assembler.destroy_node()
@@ -124,7 +124,7 @@ def test_what_was_set_back_to_the_default_stays(assembler):
 
 def test_a_profile_that_contradicts_what_is_set_is_refused():
     rclpy.init(args=[*ARGUMENTS, '-p', 'without_odometry:=uncompensated'])
-    node = Assembler()
+    node = AssemblerNode()
     (result,) = node.set_parameters([Parameter('profile', value='slam')])
     assert not result.successful
     assert "'without_odometry' must be drop" in result.reason

@@ -7,7 +7,7 @@ from geometry_msgs.msg import TransformStamped
 from log_messages import scan_message, state_message
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.pipeline import Scan
-from nodlidar_assembler.ros.node import Assembler
+from nodlidar_assembler.ros.node import AssemblerNode
 from nodlidar_common.ros.executor import Executor
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.point_cloud import coordinates
@@ -37,7 +37,7 @@ class Robot:
         arguments = ['-r', f'__ns:={namespace}', *OWN_TF, *parameters]
         rclpy.init(args=['--ros-args', *arguments], context=context)
         utilities.g_default_context = context  # that of the nodes which are made next
-        self.node, self.feeder = Assembler(), rclpy.create_node('feeder')
+        self.node, self.feeder = AssemblerNode(), rclpy.create_node('feeder')
         self.executor = Executor(context=context)
         for node in (self.node, self.feeder):
             self.executor.add_node(node)

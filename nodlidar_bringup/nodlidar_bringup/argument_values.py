@@ -18,7 +18,7 @@ from nodlidar_common.parameters import check as check_parameters
 from nodlidar_common.parameters import check_ranges, limits_of, misspelt
 from nodlidar_common.pose import Pose
 from nodlidar_common.yaml_file import YamlError
-from nodlidar_driver.config import DriverConfig, LdrobotConfig
+from nodlidar_driver.config import LdrobotConfig, ScipConfig
 from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.joint_trajectory.trajectory_config import TrajectoryConfig
@@ -40,7 +40,7 @@ OWN_TF = ('--ros-args', '-r', '/tf:=tf', '-r', '/tf_static:=tf_static')
 # The files of servo and driver are each for one of two nodes: see servo_config and check. That of
 # the mapper is imported late: see _configuration.
 _CONFIGURATIONS: dict[str, type[Any]] = {
-    'driver': DriverConfig,
+    'driver': ScipConfig,
     'assembler': AssemblerConfig,
     'viewer': ViewerConfig,
 }

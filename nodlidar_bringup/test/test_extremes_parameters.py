@@ -6,7 +6,7 @@ import math
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, limits_of
-from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.config import ScipConfig
 from nodlidar_mapper.config import MapperConfig
 from nodlidar_planner.plan_scan.options import Request
 from nodlidar_servo.device.config import ServoConfig
@@ -16,7 +16,7 @@ import pytest
 
 CONFIGURATIONS = (
     AssemblerConfig,
-    DriverConfig,
+    ScipConfig,
     MapperConfig,
     Request,
     ServoConfig,

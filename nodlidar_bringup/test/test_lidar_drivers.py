@@ -9,7 +9,7 @@ from pathlib import Path
 from ament_index_python.packages import get_package_share_directory
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import ScanInput, ScanInputConfig
-from nodlidar_assembler.ros.node import Assembler
+from nodlidar_assembler.ros.node import AssemblerNode
 from nodlidar_assembler.scan_assembler import ScanAssembler
 from nodlidar_common.ldrobot import LD19
 from nodlidar_common.parameter_file import read_parameters
@@ -108,7 +108,7 @@ def test_without_the_order_of_the_beams_they_are_not(name):
 def test_the_file_for_ydlidar_lets_best_effort_scans_in():
     rclpy.init(args=['--ros-args', '--params-file', str(FOLDER / 'ydlidar.yaml')])
     try:
-        node = Assembler()
+        node = AssemblerNode()
         ((qos,),) = [[each.qos_profile for each in node.get_subscriptions_info_by_topic('/scan')]]
         assert qos.reliability == ReliabilityPolicy.BEST_EFFORT
         node.destroy_node()

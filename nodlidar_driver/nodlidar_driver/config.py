@@ -50,7 +50,7 @@ class _ScansConfig:
 
 
 @dataclass(frozen=True, slots=True)
-class DriverConfig(_ScansConfig):
+class ScipConfig(_ScansConfig):
     """Lidar."""
 
     port: str = parameter(

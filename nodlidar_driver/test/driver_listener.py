@@ -6,7 +6,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nodlidar_common.ros.executor import Executor
-from nodlidar_driver.ros.scip_node import DriverNode
+from nodlidar_driver.ros.scip_node import ScipNode
 import rclpy
 from rclpy.lifecycle import TransitionCallbackReturn
 from sensor_msgs.msg import LaserScan, TimeReference
@@ -84,7 +84,7 @@ class Listener:
 
 
 @contextmanager
-def listening(make_node=DriverNode, **parameters):
+def listening(make_node=ScipNode, **parameters):
     listener = Listener(make_node, {'reconnect_delay': 0.2} | parameters)
     try:
         yield listener

@@ -3,17 +3,17 @@
 from lidar_rig import URG
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
-from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.config import ScipConfig
 import pytest
 
 
 def test_the_default_window_is_the_whole_one():
-    assert DriverConfig().window(URG).count == 682
+    assert ScipConfig().window(URG).count == 682
 
 
 def test_a_timeout_of_two_scans_is_enough():
-    check(DriverConfig(skip=9, timeout=2.0))
-    check(DriverConfig(skip=2, timeout=0.6))
+    check(ScipConfig(skip=9, timeout=2.0))
+    check(ScipConfig(skip=2, timeout=0.6))
 
 
 @pytest.mark.parametrize(
@@ -31,5 +31,5 @@ def test_a_timeout_of_two_scans_is_enough():
 )
 def test_what_is_out_of_limits_is_refused(changes, words):
     with pytest.raises(ParameterError) as error:
-        check(DriverConfig(**changes))
+        check(ScipConfig(**changes))
     assert words in str(error.value)

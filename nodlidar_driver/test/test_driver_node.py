@@ -241,7 +241,7 @@ def test_a_wrong_parameter_ends_the_program_with_a_sentence():
     ],
 )
 def test_other_wrong_parameters_are_named_with_their_limits(parameters, words, capsys):
-    assert run(scip_node.DriverNode, options(parameters)) == 2
+    assert run(scip_node.ScipNode, options(parameters)) == 2
     assert words in capsys.readouterr().err
 
 

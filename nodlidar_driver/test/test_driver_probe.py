@@ -11,7 +11,7 @@ from lidar_rig import Rig
 from nodlidar_driver.base.reader import Reader
 from nodlidar_driver.commands.entry_points import probe
 from nodlidar_driver.commands.probe import lines
-from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.config import ScipConfig
 from nodlidar_driver.ldrobot.lidar import LdrobotLidar
 from nodlidar_driver.probing import probe_ldrobot, probe_scip, residual
 from nodlidar_driver.scan_picture import picture
@@ -29,7 +29,7 @@ import pytest
 
 def probed(seconds, **options):
     rig = Rig(**options)
-    lidar = Lidar(ScipPort(rig.port, rig.clock, 1.0), DriverConfig().window, rig.account)
+    lidar = Lidar(ScipPort(rig.port, rig.clock, 1.0), ScipConfig().window, rig.account)
     lidar.connect()
     return probe_scip(lidar, rig.account, seconds)
 

@@ -12,7 +12,7 @@ from lidar_rig import Rig
 from nodlidar_common.errors import DeviceError, PortError
 from nodlidar_common.guard import Guard
 from nodlidar_common.serial_port import close_port, open_port
-from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.config import ScipConfig
 from nodlidar_driver.scip.lidar import Lidar
 from nodlidar_driver.scip.scan_account import ScanAccount
 from nodlidar_driver.scip.scip_answer import STOP
@@ -27,7 +27,7 @@ OTHERS = [name for name in SCIP_MODELS if name != 'URG-04LX-UG01']
 
 
 def started(rig, **config):
-    lidar = Lidar(ScipPort(rig.port, rig.clock, 1.0), DriverConfig(**config).window, rig.account)
+    lidar = Lidar(ScipPort(rig.port, rig.clock, 1.0), ScipConfig(**config).window, rig.account)
     lidar.connect()
     return lidar
 
@@ -111,7 +111,7 @@ def test_a_lidar_behind_tcp_streams_and_is_switched_off_by_its_guard():
         port = open_port(f'tcp://127.0.0.1:{tcp}', 115200, 0.1)
         guard = Guard(port.fileno(), STOP)
         account = ScanAccount()
-        lidar = Lidar(ScipPort(port, time.monotonic_ns, 1.0), DriverConfig().window, account)
+        lidar = Lidar(ScipPort(port, time.monotonic_ns, 1.0), ScipConfig().window, account)
         lidar.connect()
         stamps, due = [lidar.read().stamp_ns], account.due
         stamps += [lidar.read().stamp_ns for _ in range(39)]

@@ -35,14 +35,14 @@ from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 SCANS_WAITING, STATES_WAITING = 100, 1000
 
 
-class Assembler(Node):
+class AssemblerNode(Node):
     """Places every beam of each scan by its own pose and publishes the points."""
 
     def __init__(
         self, parameters: Sequence[Parameter] = (), before: NodPublisher | None = None
     ) -> None:
         super().__init__('assembler', parameter_overrides=list(parameters))
-        self._profile = ProfileChange(self, lambda chosen: Assembler(chosen, self._nod))
+        self._profile = ProfileChange(self, lambda chosen: AssemblerNode(chosen, self._nod))
         self.config = declare(
             self,
             AssemblerConfig,
@@ -228,4 +228,4 @@ class Assembler(Node):
 
 def main() -> None:
     """Run the assembler node."""
-    sys.exit(run(Assembler))
+    sys.exit(run(AssemblerNode))

@@ -18,7 +18,7 @@ from nodlidar_common.host_time import raw_ns
 from nodlidar_common.ldrobot import LD19
 from nodlidar_common.serial_port import close_port, open_port, OpenPort
 from nodlidar_driver.base.reader import READ_TIMEOUT, Reader, SilenceError
-from nodlidar_driver.config import DriverConfig, LdrobotConfig
+from nodlidar_driver.config import LdrobotConfig, ScipConfig
 from nodlidar_driver.ldrobot.lidar import LdrobotLidar
 from nodlidar_driver.probing import Identity, NoLidarError, Probe, probe_ldrobot, probe_scip
 from nodlidar_driver.scan_picture import picture
@@ -31,8 +31,8 @@ from rich.console import Console
 from rich.table import Table
 
 _HOKUYO = 'Hokuyo'
-_DEFAULTS: dict[str, DriverConfig | LdrobotConfig] = {
-    _HOKUYO: DriverConfig(),
+_DEFAULTS: dict[str, ScipConfig | LdrobotConfig] = {
+    _HOKUYO: ScipConfig(),
     LD19: LdrobotConfig(),
 }
 _WIDTH, _HEIGHT = 79, 24  # characters of the picture
@@ -90,7 +90,7 @@ def _probed(port: OpenPort, options: argparse.Namespace) -> Probe:
 @contextmanager
 def _streaming(port: OpenPort, account: ScanAccount) -> Iterator[Lidar]:
     """Yield a Hokuyo that streams; its laser is off afterwards, whatever happens."""
-    config = DriverConfig()
+    config = ScipConfig()
     lidar = Lidar(ScipPort(port, raw_ns, config.timeout), config.window, account)
     with _no_lidar(DeviceError, 'no lidar of SCIP 2.0 answers (LD06, LD19: --lidar LD19)'):
         lidar.client.start_session()

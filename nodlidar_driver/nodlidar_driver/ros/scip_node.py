@@ -7,7 +7,7 @@ from nodlidar_common.host_time import raw_ns
 from nodlidar_common.ros.node import run
 from nodlidar_common.ros.steady import steady_ns
 from nodlidar_driver.base.reader import READ_TIMEOUT
-from nodlidar_driver.config import DriverConfig
+from nodlidar_driver.config import ScipConfig
 from nodlidar_driver.ros.lidar_node import LidarNode
 from nodlidar_driver.scip.diagnosis import ScipDiagnosis
 from nodlidar_driver.scip.lidar import Lidar, Scan
@@ -17,11 +17,11 @@ from nodlidar_driver.scip.scip_port import ScipPort
 from sensor_msgs.msg import LaserScan
 
 
-class DriverNode(LidarNode):
+class ScipNode(LidarNode):
     """Reads a Hokuyo lidar of SCIP 2.0."""
 
     def __init__(self) -> None:
-        super().__init__(DriverConfig)
+        super().__init__(ScipConfig)
 
     def configure(self) -> None:
         """Restart the counts."""
@@ -54,4 +54,4 @@ class DriverNode(LidarNode):
 
 def main() -> None:
     """Run the driver node."""
-    sys.exit(run(DriverNode))
+    sys.exit(run(ScipNode))
