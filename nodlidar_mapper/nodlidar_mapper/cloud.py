@@ -24,6 +24,9 @@ class Cloud:
     age
         Time from each point's measurement to the instant of the cloud [s], shape (n,), by which
         errors of odometry are taken out of the deskewing; None if unknown.
+    silence
+        Time without odometry since the cloud before [s]: what odometry says after it may count
+        from elsewhere.
     """
 
     stamp_ns: int
@@ -31,6 +34,7 @@ class Cloud:
     odometry: Array
     mount: Array = field(default_factory=lambda: np.eye(4))
     age: Array | None = None
+    silence: float = 0.0
 
     @property
     def robot(self) -> tuple[int, Array]:

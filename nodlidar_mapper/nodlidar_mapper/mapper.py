@@ -145,7 +145,7 @@ class Mapper:
     def _processed(self, cloud: Cloud) -> Estimate:
         """Predict, match, check, search and extend, in the order of docs/mapping.md."""
         robot = inverse(cloud.mount)  # in the cloud's frame
-        predicted = self._track.predicted(*cloud.robot)
+        predicted = self._track.predicted(*cloud.robot, cloud.silence)
         if self._track.jump and self._track.paused and self._first is None:
             # Nothing says how far it went meanwhile: what looks alike may be anywhere.
             self._recovery = Recovery(self._config, anywhere=True)

@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 import re
+from types import SimpleNamespace
 
 from matplotlib.image import imread
 from nodlidar_common.nod import Nod
 from nodlidar_mapper.commands.entry_points import map_bag
 from nodlidar_mapper.geometry.poses import inverse, planar
+from nodlidar_mapper.offline import silence_between
 from nodlidar_sim.bag import write_bag
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.route import Leg
@@ -226,3 +228,16 @@ def test_slow_odometry_is_used_as_the_parameters_allow(recording, tmp_path):
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(given))
     folders = [str(tmp_path / name) for name in ('bag', 'out')]
     assert map_bag([*folders, '--params', str(tmp_path / 'map.yaml')]) == 0
+
+
+def test_a_silence_of_odometry_counts_from_the_cloud_before():
+    times_ns = np.concatenate([np.arange(0, 2000, 20), np.arange(12_000, 14_000, 20)]) * 10**6
+    log = SimpleNamespace(odometry=SimpleNamespace(time_ns=times_ns))
+    for begin, end, silent in (
+        (1.0, 1.9, 0.0),
+        (1.0, 13.0, 10.02),
+        (5.0, 13.0, 7.0),
+        (12.0, 13.0, 0.0),
+    ):
+        found = silence_between(log, round(begin * 1e9), round(end * 1e9))
+        assert found == pytest.approx(silent)

@@ -592,6 +592,19 @@ def test_in_a_pause_of_odometry_nobody_knows_where_a_cloud_was_taken(running):
     match(running, 5.0, np.eye(4), np.eye(4))
 
 
+def test_a_place_that_nothing_shows_after_a_silence_of_odometry_is_told(running, capfd):
+    robot, mapper, until = running
+    for k in range(8):
+        pose = planar(0.1 * k, 0.0, 0.0)
+        match(running, 0.5 * k, pose, pose)
+    away = planar(20.0, 0.0, 0.0)
+    robot.send_odometry(20.0, away)  # 2 m/s may be
+    robot.send(20.0, np.eye(4), away)
+    until(lambda: mapper.output.snapshot.estimate.uncertainty > 10.0)
+    until(lambda: any('is uncertain by' in words for words in robot.words()))
+    assert 'the place in the map is uncertain by' in capfd.readouterr().err
+
+
 # No cloud may wait in vain, however slow the host is.
 @pytest.mark.parametrize('running', [['-p', 'odometry_deadline:=10.0']], indirect=True)
 def test_of_the_clouds_that_wait_for_odometry_the_newest_ones_are_matched(running):

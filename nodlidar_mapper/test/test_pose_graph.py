@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 CERTAIN = np.diag([1e4] * 3 + [1e6] * 3)
+ERROR = 0.15  # what an edge with an error of 10 mm is longer [m]
 
 
 def ring(count, radius=5.0):
@@ -89,11 +90,22 @@ def test_distances_are_the_shortest_of_all_ways(count, data):
     length = np.full((count, count), np.inf)
     np.fill_diagonal(length, 0.0)
     for i, j in pairs:
-        length[i, j] = length[j, i] = np.linalg.norm((poses[i] - poses[j])[:3, 3])
+        length[i, j] = length[j, i] = np.hypot(np.linalg.norm((poses[i] - poses[j])[:3, 3]), ERROR)
     for k in range(count):  # Floyd and Warshall
         length = np.minimum(length, length[:, k, None] + length[None, k])
     found = distances_from(0, poses, edges_of(poses, pairs))
     np.testing.assert_allclose(found, length[0], atol=0.01)
+
+
+def test_an_edge_of_which_little_is_known_is_a_long_way():
+    """As one by odometry that was silent, between two parts of a map."""
+    poses = ring(6)
+    edges = edges_of(poses, [(k, k + 1) for k in range(5)])
+    unknown = np.diag([10.0**-2, 10.0**-2, 1e4, 1e6, 1e6, 1.0])
+    edges[2] = Edge(2, 3, edges[2].relative, unknown)
+    way = distances_from(0, poses, edges)
+    assert way[2] < 15.0
+    np.testing.assert_array_less(150.0, way[3:])
 
 
 @given(st.tuples(*[st.floats(-0.5, 0.5)] * 6))

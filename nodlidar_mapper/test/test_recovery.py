@@ -360,6 +360,38 @@ def test_a_robot_that_drove_on_without_clouds_is_where_odometry_says():
     assert 0.02 * across.relative[0, 3] < along < sideways  # by the heading
 
 
+@pytest.mark.parametrize('silence', [4.0, 25.0])
+@pytest.mark.parametrize('off', [(3.0, -2.0, 1.0), (0.0, 0.0, 0.0)])
+def test_after_a_silence_of_odometry_the_place_is_as_uncertain_as_its_duration_allows(
+    silence, off
+):
+    """The robot drives on; odometry may have begun anew, and counts from elsewhere."""
+    here = planar(18.5, 0.0, 0.2)
+    odometry = planar(*off) @ here
+
+    def found(seconds):
+        mapper, _ = mapped(CROOKED)
+        assert not mapper.add(Cloud(30 * NS, next_room(here), odometry, silence=seconds)).lost
+        return mapper.add(Cloud(31 * NS, next_room(here), odometry))
+
+    known, unknown = found(0.0), found(silence)
+    assert unknown.matched
+    added = np.sqrt(np.diag(unknown.covariance - known.covariance))
+    # At up to 2 m/s it may be anywhere in a disc, with any heading.
+    np.testing.assert_allclose(added[[0, 1, 5]], [silence, silence, np.pi / 3.0**0.5], rtol=0.05)
+    if silence == 25.0:
+        assert between(unknown.pose, here)[0] < 3.0 * unknown.uncertainty
+
+
+def test_where_the_map_shows_the_robot_a_silence_of_odometry_leaves_no_doubt():
+    mapper, pose = mapped(CROOKED)
+    for k in range(30, 34):
+        found = mapper.add(Cloud(k * NS, cloud(CROOKED, pose, seed=k), pose, silence=20.0))
+        assert not found.lost
+        np.testing.assert_allclose(found.pose, pose, atol=0.02)
+        assert found.uncertainty < 0.02
+
+
 def test_clouds_that_show_nothing_real_do_not_take_the_robot_to_a_room_that_looks_alike():
     mapper, _ = mapped(CROOKED)
     rng = np.random.default_rng(2)

@@ -91,6 +91,11 @@ class Estimate:
     robot: Array
 
     @property
+    def uncertainty(self) -> float:
+        """The larger standard deviation of x and y [m]."""
+        return float(self.covariance.diagonal()[:2].max() ** 0.5)
+
+    @property
     def matched(self) -> bool:
         """Whether the cloud was matched; else the pose is that of odometry alone."""
         return not self.lost and self.share > 0.0

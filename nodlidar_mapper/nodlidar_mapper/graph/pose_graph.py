@@ -21,6 +21,9 @@ from scipy.sparse.linalg import spsolve
 ITERATIONS = 20
 CONVERGED = 1e-5  # m, rad
 LEAST = np.diag([0.004**2] * 3 + [0.001**2] * 3)  # covariance of an edge [m^2], [rad^2]
+# An error of 1 m counts as so much way [m]: what nothing joins to the map but odometry that was
+# silent is not part of the map around the robot, and is matched to it as a loop.
+WAY_OF_ERROR = 15.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,14 +147,23 @@ def _jacobians(start: Array, end: Array) -> tuple[Array, Array]:
 
 
 def distances_from(index: int, poses: Array, edges: Sequence[Edge]) -> Array:
-    """Return the lengths of the shortest ways along edges to all keyframes [m]; inf without."""
+    """Return the lengths of the shortest ways along edges to all keyframes [m]; inf without.
+
+    An edge whose length is uncertain counts as a longer one, by WAY_OF_ERROR.
+    """
     return _shortest(index, poses, edges)[0]
+
+
+def _errors(edges: Sequence[Edge]) -> Array:
+    """Return the standard deviation of the place of each edge's end, the largest [m], (e,)."""
+    information = np.array([edge.information[:3, :3] for edge in edges]).reshape(-1, 3, 3)
+    return np.asarray(np.maximum(np.linalg.eigvalsh(information)[:, 0], 1e-9) ** -0.5)
 
 
 def _shortest(index: int, poses: Array, edges: Sequence[Edge]) -> tuple[Array, NDArray[np.int32]]:
     """Return these lengths, and the keyframe before each one on its way."""
     ways = np.array([edge.relative[:3, 3] for edge in edges]).reshape(-1, 3)
-    length = np.linalg.norm(ways, axis=1) + 1e-3
+    length = np.hypot(np.linalg.norm(ways, axis=1), WAY_OF_ERROR * _errors(edges)) + 1e-3
     pairs = np.array([(edge.start, edge.end) for edge in edges], dtype=np.intp).reshape(-1, 2)
     order = np.argsort(length)  # of several edges of a pair, csr_matrix would take the sum
     _, shortest = np.unique((pairs @ [len(poses), 1])[order], return_index=True)

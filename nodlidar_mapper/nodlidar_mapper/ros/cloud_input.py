@@ -166,9 +166,11 @@ class CloudInput:
             self._count(MALFORMED)
             self._node.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return None
+        last_ns = max(self._used_ns.values(), default=each.stamp_ns)
+        silence = self._silence_between(last_ns, each.stamp_ns)
         self._used_ns[each.topic] = each.stamp_ns
         self._dropped_ns = None
-        return Cloud(each.stamp_ns, points, odometry, mount, age)
+        return Cloud(each.stamp_ns, points, odometry, mount, age, silence)
 
     def _drop(self, each: _Waiting, reason: str) -> None:
         self._waiting.remove(each)
@@ -230,6 +232,12 @@ class CloudInput:
         if any(begin_ns < stamp_ns < end_ns for begin_ns, end_ns in self._pauses_ns):
             return None
         return self._pose_in(self._config.odom_frame, frame, stamp_ns)
+
+    def _silence_between(self, begin_ns: int, end_ns: int) -> float:
+        """Return for how long odometry was silent between two instants [ns], in s."""
+        begin_ns, end_ns = begin_ns + self._delay_ns, end_ns + self._delay_ns
+        parts_ns = (min(last, end_ns) - max(first, begin_ns) for first, last in self._pauses_ns)
+        return sum(part_ns for part_ns in parts_ns if part_ns > 0) / NS_PER_S
 
     def _odometry_came(self, stamp_ns: int, *_: object) -> None:
         if pause := self._silence.seconds(stamp_ns):

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 RECENT = 5.0  # s, for which a drop is reported
 UNUSED = 3.0  # s, in which all clouds were dropped
+UNCERTAIN = 1.0  # standard deviation of the place in the map, from which on it is a warning [m]
 
 
 class Diagnosis:
@@ -45,7 +46,8 @@ class Diagnosis:
         self._note_drops()
         silent = list(self._silent()), self._unheard()
         dropped = bool(self._recent.counts), self._node.clouds.unused > UNUSED
-        return silent, self._lost(), dropped, self._shared(), self._node.output.kept.unsaved
+        in_map = self._lost(), bool(doubt_of(self._node.output.snapshot))
+        return silent, in_map, dropped, self._shared(), self._node.output.kept.unsaved
 
     def _silent(self) -> dict[str, float]:
         """Return since when there is no cloud [s], for each topic that is silent."""
@@ -115,6 +117,8 @@ class Diagnosis:
         elif snapshot.estimate.lost:
             text = f'lost: {snapshot.estimate.lost}'
             status.summary(DiagnosticStatus.ERROR, text)
+        elif doubt := doubt_of(snapshot):
+            status.summary(DiagnosticStatus.WARN, doubt)
         if unsaved := node.output.kept.unsaved:
             status.mergeSummary(DiagnosticStatus.ERROR, unsaved)
         for topic, silent in self._silent().items():
@@ -128,3 +132,13 @@ class Diagnosis:
             status.mergeSummary(DiagnosticStatus.WARN, text)
         for what, count in self._recent.counts.most_common(1):
             status.mergeSummary(DiagnosticStatus.WARN, f'{count} {what}')
+
+
+def doubt_of(snapshot: MapSnapshot | None) -> str:
+    """Return how uncertain it is where the robot is in the map; empty if it is usual."""
+    if snapshot is None or snapshot.estimate.uncertainty <= UNCERTAIN:
+        return ''
+    return (
+        f'the place in the map is uncertain by {snapshot.estimate.uncertainty:.1f} m (standard '
+        'deviation), as after a pause of odometry, until it is back in an older part'
+    )

@@ -23,7 +23,7 @@ from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.output.map_folder import load
 from nodlidar_mapper.ros import messages
 from nodlidar_mapper.ros.cloud_input import CloudInput
-from nodlidar_mapper.ros.diagnosis import Diagnosis
+from nodlidar_mapper.ros.diagnosis import Diagnosis, doubt_of
 from nodlidar_mapper.ros.map_output import MapOutput
 import numpy as np
 from rclpy.node import Node
@@ -120,13 +120,15 @@ class MapperNode(Node):
             self._pose.publish(messages.estimate_message(pose, covariance, *at))
 
     def _log_change(self, before: MapSnapshot | None, now: MapSnapshot) -> None:
-        """Log when the robot is found in the map or lost, and when a loop was closed."""
+        """Log when the robot is found in the map, lost or uncertain, and closed loops."""
         log, lost = self.get_logger(), now.estimate.lost
         lost_before = before.estimate.lost if before else NO_MAP
         if lost and not lost_before:
             log.warning(f'the robot is lost: {lost}')
         elif lost_before and not lost:
             log.info('the robot is found in the map')
+        if (doubt := doubt_of(now)) and not doubt_of(before):
+            log.warning(doubt)
         if now.loops > (before.loops if before else 0):
             log.info(f'loops closed: {now.loops}')
 

@@ -99,10 +99,11 @@ class Track:
         self.paused = False
         self.interval = SPEED_OVER
 
-    def predicted(self, stamp_ns: int, odometry: Array) -> Array:
+    def predicted(self, stamp_ns: int, odometry: Array, silence: float = 0.0) -> Array:
         """Return the pose by odometry since the last cloud; the covariance grows.
 
-        If odometry jumped, the robot is expected to have moved as before.
+        If odometry jumped, the robot is expected to have moved as before. If it was silent for a
+        time [s] in a pause, it is believed, but may have begun anew.
         """
         self.jump, self.paused = '', False
         if self.pose is None:
@@ -112,6 +113,8 @@ class Track:
             return begin
         self._known = self.covariance
         added = self._take_motion(stamp_ns, odometry)
+        if self.paused and not self.jump:
+            added = added + self._unseen(silence)
         guess = self._guess = np.asarray(self.pose @ self._last_motion)
         self.covariance = carried(self.covariance, guess[:3, 3] - self.pose[:3, 3]) + added
         self.covariance[self._fixed] = CERTAIN[self._fixed]
@@ -235,6 +238,13 @@ class Track:
         )
         effect = self._turned @ self._odometry_errors.effect(motion)
         return np.asarray(unsteady + effect @ self._odometry_errors.covariance @ effect.T)
+
+    def _unseen(self, silence: float) -> Array:
+        """Return the covariance of a motion that nobody saw for a time [s]."""
+        way = self._config.max_robot_speed * silence
+        turn = min(self._config.max_robot_turn_rate * silence, np.pi)
+        disc, interval = way**2 / 4.0, turn**2 / 3.0  # variances of even distributions
+        return np.diag([disc, disc, 0.0, 0.0, 0.0, interval])
 
     def _measure_speed(self, stamp_ns: int, odometry: Array) -> None:
         """Measure the speed, unless the last one is too recent; clouds may be out of order."""
