@@ -419,3 +419,27 @@ def test_joint_states_whose_stamps_jitter_are_named(log, jitter_ms, named):
         running.spin_until(lambda: len(running.out[PointCloud2]) >= len(log.scans) // 2)
         scatter = [text for text in running.node.diagnosis._warnings() if 'scatter by' in text]
     assert bool(scatter) is named
+
+
+def test_where_simulated_time_begins_late_no_scan_is_lost_and_no_command_in_the_future(log):
+    stamp_ns = log.scans[20].stamp_ns
+    early = log.sample_ns <= stamp_ns
+    before = SensorLog(log.scans[:20], log.sample_ns[early], log.sample_pitch[early])
+    after = SensorLog(log.scans[20:], log.sample_ns[~early], log.sample_pitch[~early])
+    with bench('use_sim_time:=true') as running:
+        clock = running.feeder.create_publisher(Clock, '/clock', 10)
+        running.spin_until_heard(clock)
+        running.feed(before)
+        running.spin_until(lambda: running.node.diagnosis.counts['scans'] == 20)
+        commanded = len(running.out[NodCommand])
+        clock.publish(Clock(clock=time_message(stamp_ns)))
+        running.spin_until(lambda: running.node.get_clock().now().nanoseconds)
+        running.feed(after)
+        running.spin_until(lambda: len(running.out[NodCommand]) > commanded + 1)
+        drops = running.node.assembly.assembler.drops
+        counts = running.node.diagnosis.counts
+        running.spin_until(lambda: counts['clouds'] + drops.total() >= len(log.scans) - 1)
+        assert not running.node.survival.errors
+    stamps_ns = [time_ns(command.header.stamp) for command in running.out[NodCommand]]
+    assert max(stamps_ns) <= stamp_ns + SCAN_NS
+    assert stamps_ns[-1] == stamp_ns

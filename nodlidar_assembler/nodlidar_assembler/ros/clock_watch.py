@@ -35,6 +35,11 @@ class ClockWatch:
         """Return the time by which messages are stamped [ns]."""
         return int(self._clock.now().nanoseconds)
 
+    @property
+    def is_simulated(self) -> bool:
+        """Whether time is that of /clock."""
+        return bool(self._clock.ros_time_is_active)
+
     def arrival_ns(self, received_ns: int) -> int:
         """Return when a message arrived, by the clock of the stamps [ns].
 
@@ -43,12 +48,11 @@ class ClockWatch:
         received_ns
             Time of its arrival by the host's clock [ns]; 0 if unknown: it arrives now.
         """
-        simulated = self._clock.ros_time_is_active
-        return received_ns if received_ns and not simulated else self.now_ns()
+        return received_ns if received_ns and not self.is_simulated else self.now_ns()
 
     def deadline_clock_ns(self) -> int:
         """Return the time for deadlines [ns]: steady, or simulated like the stamps."""
-        return self.now_ns() if self._clock.ros_time_is_active else steady_ns()
+        return self.now_ns() if self.is_simulated else steady_ns()
 
     def check(self, kind: type, stamp_ns: int, arrived_ns: int = 0) -> bool:
         """Check for a step of the clock; return whether a stamp is of the present time.
@@ -62,7 +66,7 @@ class ClockWatch:
         arrived_ns
             Time of its arrival by the host's clock [ns], if it has waited since; 0 if unknown.
         """
-        if self._clock.ros_time_is_active:
+        if self.is_simulated:
             return True
         step_ns, now_ns = self._time.update(), self._time()
         if step_ns:

@@ -176,4 +176,6 @@ class NodPublisher:
     def now_ns(self) -> int:
         """Return the present time by the clock of the stamps [ns]."""
         host = self._clock
+        if host.is_simulated and host.now_ns():  # by then all stamps are of /clock
+            return host.now_ns()
         return self._scan_clock.now_ns(host.deadline_clock_ns(), host.now_ns())

@@ -166,7 +166,8 @@ class AssemblerNode(Node):
         """Keep the nod phase-locked to the lidar, before the scan waits for its bracket."""
         self.diagnosis.scan_arrived(scan)
         if self._nod is not None:
-            self._nod.follow_lidar(scan)
+            with self.survival.surviving():  # the scan counts, whatever becomes of the nod
+                self._nod.follow_lidar(scan)
 
     def _publish(self, outcome: Outcome) -> None:
         """Publish a scan's clouds, then choose the nod by what it shows."""
