@@ -264,6 +264,17 @@ def test_its_duration_is_until_its_end_also_where_no_more_scans_came(cancelled):
     for now in (5, 6):
         scan.check(BEGIN_NS + now * S)
     assert scan.duration == (4.0 if cancelled else 6.0)
+    if not cancelled:
+        assert scan.message.endswith('was over; no scan of the last 5.9 s was placed')
+
+
+def test_it_ends_when_no_scan_is_placed_any_more():
+    scan = RegionScan(plan_of(replace(Region(), time_limit=600.0)), BEGIN_NS, BEGIN_NS)
+    for now in (1, 9):
+        scan.check(BEGIN_NS + now * S)
+        assert not scan.is_over
+    scan.check(BEGIN_NS + 11 * S)
+    assert scan.message == 'no scan of the last 11.0 s was placed'
 
 
 @pytest.mark.parametrize(('back', 'ends'), [(1, False), (2, True), (1_000_000, True)])

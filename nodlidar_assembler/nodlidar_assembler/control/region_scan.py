@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 # The time limit unless one is given: this many predicted times, but at least this long [s].
 PATIENCE, LEAST_LIMIT = 3.0, 5.0
+# Time without a scan that was placed, from which on it is named at the time limit, and ends the
+# region [s]. Scans wait for joint states, and for odometry.
+LATE, SILENT = 2.0, 10.0
 # Cells of the finest grid, in which repeats are counted: four bytes each. It has fewer rows for
 # that than the nod has samples.
 MOST_FINEST = 2**23
@@ -121,12 +124,17 @@ class RegionScan:
         return np.flatnonzero(inside)
 
     def check(self, now_ns: int) -> None:
-        """End it if its time is over at an instant [ns], or if that is before its start."""
+        """End it at an instant [ns] if its time is over, no scan comes, or time went back."""
         if self._start_ns - now_ns > TIME_JUMP_NS:
             self.end('the clock was set', now_ns)
+        silent = (now_ns - self._last_ns) / NS_PER_S
+        why = f'no scan of the last {silent:.1f} s was placed'
+        if silent > SILENT:
+            self.end(why, now_ns)
         if self._elapsed(now_ns) > self.time_limit:
             seen = f'{self._coverage.seen:.1%} was seen'
-            self.end(f'{seen} when the time limit of {self.time_limit:.1f} s was over', now_ns)
+            over = f'{seen} when the time limit of {self.time_limit:.1f} s was over'
+            self.end(f'{over}; {why}' if silent > LATE else over, now_ns)
 
     def end(self, message: str, now_ns: int) -> None:
         """End it for a reason at an instant [ns], unless it is over."""
