@@ -67,6 +67,8 @@ def test_without_scans_commands_stop_although_the_clock_stands_still(log):
         running.spin_until(lambda: silence() > 1.0)
         commands = len(running.out[NodCommand])
         running.spin_until(lambda: silence() > 3.0)
+        statuses = [s for array in running.out[DiagnosticArray] for s in array.status]
+        assert any('/clock has stood still for' in status.message for status in statuses)
     assert commands > 0
     assert len(running.out[NodCommand]) == commands
 

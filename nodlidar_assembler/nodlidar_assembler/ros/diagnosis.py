@@ -36,6 +36,7 @@ _AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
 # does not state the time of its beams comes a revolution late.
 _APART = 0.3
 _UNPLACED = 5.0  # s beyond the deadline, in which no scan was placed
+_STANDS = 2.0  # s by a steady clock, in which simulated time did not go on
 
 
 class Diagnosis:
@@ -84,6 +85,7 @@ class Diagnosis:
         self._placed_ns: int | None = None  # when a scan was placed, or the first one came
         self._range_ns: int | None = None  # of the last scan with a range, or of the first one
         self._odometry_ns: int | None = None
+        self._simulated_ns, self._went_on_ns = 0, steady_ns()  # simulated time, and when it did
         self._commanded, self._following = commanded, NodFollowing()
         self._odometry_check, self._drift = OdometryCheck(), StampDrift()
         self._drifting = False
@@ -162,11 +164,23 @@ class Diagnosis:
         """Return the present faults, to be reported at once when they change."""
         self._states.take()
         now_ns = steady_ns()
+        self._watch_simulated_time(now_ns)
         self._hear_odometry(now_ns)
         self._assembly.release()
         self._recent.add(now_ns, self._losses())
         faults = self._recent.counts, *self._doubts()
         return [*self._silences()], [*map(bool, faults)], self._shared_inputs()
+
+    def _watch_simulated_time(self, now_ns: int) -> None:
+        clock = self._node.get_clock()
+        simulated_ns = int(clock.now().nanoseconds) if clock.ros_time_is_active else now_ns
+        if simulated_ns != self._simulated_ns:
+            self._simulated_ns, self._went_on_ns = simulated_ns, now_ns
+
+    def _standstill(self) -> str:
+        """Return for how long simulated time has stood still; empty if it goes on."""
+        stands = (steady_ns() - self._went_on_ns) / NS_PER_S
+        return f'/clock has stood still for {stands:.0f} s' if stands > _STANDS else ''
 
     def _hear_odometry(self, now_ns: int) -> None:
         odometry = self._odometry
@@ -314,6 +328,7 @@ class Diagnosis:
     def _doubts(self) -> list[str]:
         """Return what is wrong with inputs that come; empty texts for what is not."""
         return [
+            self._standstill(),
             self._blindness(),
             self._clock_ahead() or self._clocks_apart(),
             *self._assembly.assembler.doubts,

@@ -162,7 +162,8 @@ class DeviceNode(LifecycleNode):
             try:
                 return change_state(request, response)
             except RuntimeError as error:
-                self.get_logger().error(f'transition refused: {error}')
+                wanted = request.transition.label or request.transition.id
+                self.get_logger().error(f"transition '{wanted}' refused, in this state: {error}")
                 response.success = False
                 return response
 
