@@ -3,10 +3,10 @@
 from dataclasses import replace
 import math
 
+from assembling import assembled_of
 from nodlidar_assembler.clouds.ego_motion import Odometry, Poses
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Assembled, Scan
-from nodlidar_assembler.clouds.points import place
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.adapted_shape import BAND
 from nodlidar_assembler.control.adaptive_limits import AdaptiveLimits
@@ -48,12 +48,8 @@ def odometry_of(x, until_ns):
     return Odometry(time_ns, Poses(position, np.tile(turned_left, (len(time_ns), 1))))
 
 
-def assembled(scan, beams, pitch):
-    return Assembled(scan, beams, pitch, place(beams, scan.ranges, pitch), [])
-
-
 def add(adaptive, scan, pitch, odometry=None):
-    adaptive.add(assembled(scan, BEAMS, pitch), odometry)
+    adaptive.add(assembled_of(scan, BEAMS, pitch), odometry)
 
 
 def test_a_wall_gives_the_limits_of_its_median_range():
@@ -177,7 +173,7 @@ def test_a_lidar_that_thins_its_beams_does_not_make_the_nod_faster():
         # At 0.5 rad/s the span takes more than the planned N_s.
         adaptive = AdaptiveLimits(AssemblerConfig(samples_per_sweep=4001, max_nod_speed=0.5))
         beams = Beams(geometry, REFERENCE_LASER_POSE)
-        adaptive.add(assembled(thinned, beams, pitch[::thinning]), None)
+        adaptive.add(assembled_of(thinned, beams, pitch[::thinning]), None)
         shapes.append(adaptive.shape())
     assert shapes[0].samples_per_sweep > BAND * 4001
     assert shapes[1].samples_per_sweep == shapes[0].samples_per_sweep

@@ -3,9 +3,9 @@
 from dataclasses import fields
 import math
 
+from assembling import assembled_of
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Assembled, Scan
-from nodlidar_assembler.clouds.points import place
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.adaptive_limits import AdaptiveLimits
 from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
@@ -53,8 +53,7 @@ def nods(config, ranges, revolutions=8):
         found.append(controller.command[0])
         pitch = found[-1].pitch(now_ns + at.offset_ns)
         scan = Scan(now_ns, geometry, np.full(beams, ranges, np.float32))
-        placed = place(at, scan.ranges, pitch)
-        assembled = Assembled(scan, at, pitch, placed, [])
+        assembled = assembled_of(scan, at, pitch)
         if monitor is not None:
             monitor.add(assembled)
         adaptive.add(assembled, None)

@@ -3,11 +3,11 @@
 from dataclasses import replace
 import math
 
+from assembling import assembled_of
 from hypothesis import given
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Assembled, Scan
-from nodlidar_assembler.clouds.points import place
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
 from nodlidar_assembler.control.lidar_view import LidarView, nod_for, task_for
@@ -168,8 +168,7 @@ def test_coverage_is_that_of_plain_counting_with_the_beams_of_the_lidar(geometry
     hit, count = set(), 0
     cell = 2.0 * math.asin(0.05)
     for scan, beams, pitch in scans(geometry, pitch_of, 12):
-        placed = place(beams, scan.ranges, pitch)
-        monitor.add(Assembled(scan, beams, pitch, placed, []))
+        monitor.add(assembled_of(scan, beams, pitch))
         since = geometry.angle_increment * (np.arange(geometry.beams) % round(
             math.tau / geometry.angle_increment
         ))  # fmt: skip

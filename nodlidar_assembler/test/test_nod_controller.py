@@ -5,9 +5,9 @@ from dataclasses import replace
 import itertools
 import math
 
+from assembling import assembled_of
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Assembled, Scan
-from nodlidar_assembler.clouds.points import place
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_controller import NodController
 from nodlidar_assembler.control.nod_shape import NodShape
@@ -244,7 +244,7 @@ def test_limits_follow_the_range_while_configured_until_the_clock_is_set():
         controller.add_scan(URG, begin_ns)
         pitch = controller.command[0].pitch(begin_ns + BEAMS.offset_ns)
         scan = Scan(begin_ns, URG, np.full(URG.beams, 2.0, np.float32))
-        seen = Assembled(scan, BEAMS, pitch, place(BEAMS, scan.ranges, pitch), [])
+        seen = assembled_of(scan, BEAMS, pitch)
         controller.follow_range(seen, None, begin_ns + LATER_NS)
         return controller.shape
 

@@ -4,11 +4,11 @@ from dataclasses import replace
 import math
 import time
 
+from assembling import assembled_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE, ScanGeometry
-from nodlidar_assembler.clouds.pipeline import Assembled, Scan
-from nodlidar_assembler.clouds.points import place, points_of
+from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.lidar_view import task_for
 from nodlidar_assembler.control.nod_controller import NodController
@@ -136,12 +136,6 @@ def test_every_column_of_a_plan_has_a_beam_and_its_nod_is_within_the_mount(regio
     assert region.azimuth_max - task.centre - task.azimuth <= STEP + 1e-9
     # The bound: one row of a column in each revolution.
     assert plan.runs[0] >= (task.rows - 1) / task.scan_rate
-
-
-def assembled_of(scan, beams, pitch):
-    placed = place(beams, scan.ranges, pitch)
-    points = points_of(placed, beams, scan.stamp_ns)
-    return Assembled(scan, beams, pitch, placed, [points], points=points)
 
 
 def follow(region, begin_ns=BEGIN_NS, mode='coprime', view=URG, revolutions=2000):

@@ -162,7 +162,8 @@ class DeviceThread:
             self._log_error('internal error in disconnecting:\n' + traceback.format_exc())
             return False
         # A connection that failed before the device was known has switched nothing off.
-        self._may_be_on &= not self._is_connected
+        if self._is_connected:
+            self._may_be_on = False
         return True
 
     def _leave_to_guard(self, stop: StopRequest) -> None:

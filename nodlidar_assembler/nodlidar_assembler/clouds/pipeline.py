@@ -92,6 +92,8 @@ class Assembled:
         Pitch of each beam [rad], shape (n,).
     placed
         End points of the beams in nodlidar_base_link.
+    points
+        The points of this scan alone, to be deskewed if they have poses.
     clouds
         Clouds that this scan completed.
     in_odometry
@@ -99,8 +101,6 @@ class Assembled:
     poses
         Poses of nodlidar_base_link in the frame of odometry at each beam's instant, shape (n,);
         None without compensation.
-    points
-        The points of this scan alone, to be deskewed if they have poses.
     jumped
         Whether odometry has jumped since the scan before: no cloud may join the two.
     """
@@ -109,10 +109,10 @@ class Assembled:
     beams: Beams
     pitch: NDArray[np.float64]
     placed: Placed
+    points: Points
     clouds: list[Points]
     in_odometry: bool = False
     poses: Poses | None = None
-    points: Points | None = None
     jumped: bool = False
 
 
@@ -216,7 +216,7 @@ class Pipeline:
         if self._sweeps is not None:
             clouds = self._sweeps.add_scan(points)
         clouds = [deskewed(cloud, self._deskew_to) for cloud in clouds]
-        return Assembled(scan, beams, pitch, placed, clouds, in_odometry, poses, points, jumped)
+        return Assembled(scan, beams, pitch, placed, points, clouds, in_odometry, poses, jumped)
 
     def flush(self) -> list[Points]:
         """Return the clouds that are left when no more scans come, also that of an open sweep."""

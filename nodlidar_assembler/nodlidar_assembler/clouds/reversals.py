@@ -1,7 +1,6 @@
 """Reversals of the nod, found in the joint samples."""
 
 from collections import deque
-from dataclasses import dataclass, field
 from itertools import pairwise
 
 from nodlidar_common.time_order import TIME_JUMP_NS
@@ -12,7 +11,6 @@ HYSTERESIS = 0.02
 MOST_SAMPLES = 10_000
 
 
-@dataclass(slots=True)
 class ReversalFinder:
     """Finds reversals in joint samples that are added one by one.
 
@@ -23,10 +21,10 @@ class ReversalFinder:
     that depth, the two samples around a crossing always belong to one leg.
     """
 
-    _direction: int = 0
-    _depth: float = 0.0
-    _extreme: float = 0.0
-    _samples: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=MOST_SAMPLES))
+    def __init__(self) -> None:
+        self._direction = 0
+        self._depth = self._extreme = 0.0
+        self._samples: deque[tuple[int, float]] = deque(maxlen=MOST_SAMPLES)
 
     def add(self, time_ns: int, pitch: float) -> int | None:
         """Add a joint sample [ns], [rad]; return the reversal's instant [ns] once confirmed."""

@@ -1,7 +1,6 @@
 """Joins the points of scans into clouds of one or more sweeps, cut at the reversals."""
 
 from collections import deque
-from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.points import Points
@@ -19,14 +18,13 @@ RESTS, _SHORTEST = 2, 1.5
 _CLOUDS = 4
 
 
-@dataclass(slots=True)
 class SweepGatherer:
     """Holds points until the reversal that ends their cloud is known.
 
     A reversal may be added after the scan in which it happened; it still cuts that scan. The field
     ``ring`` counts the scans of a cloud from 0.
 
-    Attributes
+    Parameters
     ----------
     max_duration
         Longest duration of a cloud [s]; at this age, or at RESTS times the usual one, it ends
@@ -35,27 +33,27 @@ class SweepGatherer:
         Sweeps per cloud.
     """
 
-    max_duration: float
-    sweeps: int = 1
-    _scans: list[Points] = field(default_factory=list)
-    _reversals_ns: deque[int] = field(default_factory=deque)
-    _ended: list[Points | None] = field(default_factory=list)
-    _since_cut: int = 0  # reversals since the last one that ends a cloud
-    _ended_ns: int | None = None  # by the newest reversal that ends a cloud
-    _durations_ns: deque[int] = field(default_factory=lambda: deque(maxlen=_CLOUDS))
+    def __init__(self, max_duration: float, sweeps: int = 1) -> None:
+        self._max_duration, self._sweeps = max_duration, sweeps
+        self._scans: list[Points] = []
+        self._reversals_ns: deque[int] = deque()
+        self._ended: list[Points | None] = []
+        self._since_cut = 0  # reversals since the last one that ends a cloud
+        self._ended_ns: int | None = None  # by the newest reversal that ends a cloud
+        self._durations_ns: deque[int] = deque(maxlen=_CLOUDS)
 
     def add_reversal(self, reversal_ns: int) -> None:
         """Add the instant of a reversal [ns], in ascending order.
 
         Reversals older than twice the longest cloud are forgotten.
         """
-        self._since_cut = (self._since_cut + 1) % self.sweeps
+        self._since_cut = (self._since_cut + 1) % self._sweeps
         if self._since_cut == 0:
             if self._ended_ns is not None:
                 self._durations_ns.append(reversal_ns - self._ended_ns)
             self._ended_ns = reversal_ns
             self._reversals_ns.append(reversal_ns)
-            oldest_ns = reversal_ns - 2 * self.max_duration * NS_PER_S
+            oldest_ns = reversal_ns - 2 * self._max_duration * NS_PER_S
             while self._reversals_ns[0] < oldest_ns or len(self._reversals_ns) > MOST_REVERSALS:
                 self._reversals_ns.popleft()
 
@@ -108,7 +106,7 @@ class SweepGatherer:
         return duration_ns > self._longest_ns() or len(self._scans) >= MOST_SCANS
 
     def _longest_ns(self) -> float:
-        longest_ns = self.max_duration * NS_PER_S
+        longest_ns = self._max_duration * NS_PER_S
         if len(self._durations_ns) < 2:
             return longest_ns
         usual_ns = sorted(self._durations_ns)[-2]

@@ -108,9 +108,8 @@ class RegionScan:
         ordered = np.maximum(times_ns, self._last_ns)[since:]
         self._coverage.add(ordered, beams.azimuth[since:], assembled.pitch[since:])
         self._last_ns = int(times_ns[-1])
-        if assembled.points is not None:
-            inside = self._inside(assembled)
-            self._memory.add(assembled.points[inside], assembled.in_odometry, assembled.jumped)
+        inside = self._inside(assembled)
+        self._memory.add(assembled.points[inside], assembled.in_odometry, assembled.jumped)
         if self.success:
             self.end(f'all of it was seen, in {self.duration:.1f} s', self._last_ns)
 

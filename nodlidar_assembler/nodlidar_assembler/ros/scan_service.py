@@ -40,8 +40,7 @@ class ScanService:
 
     def add(self, assembled: Assembled) -> None:
         """Keep the points of a scan."""
-        if assembled.points is not None:
-            self.memory.add(assembled.points, assembled.in_odometry, assembled.jumped)
+        self.memory.add(assembled.points, assembled.in_odometry, assembled.jumped)
 
     def _assemble(
         self, request: AssembleScans.Request, response: AssembleScans.Response

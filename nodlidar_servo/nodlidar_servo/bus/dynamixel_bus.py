@@ -138,7 +138,7 @@ class DynamixelBus:
         self._timeout = ReplyTimeout(baud_rate)
         self._filler = _FILLER[: round(_LONGEST_FILLER * baud_rate / 10)]
         self._missed = 0
-        self._requests = 0
+        self._unanswered = 0
 
     def read(self, address: int, length: int, spare: int = 0) -> Reply:
         """Read registers in one transaction.
@@ -156,7 +156,7 @@ class DynamixelBus:
         if spare and self._missed > spare:
             self._port.drain()
             raise NoAnswerError(f'{self._name} does not answer')
-        more = self._requests % (spare + 1)
+        more = self._unanswered % (spare + 1)
         size = length + more
         number = self._packets.number
         parameters = number(address - more) + number(size)
@@ -200,7 +200,7 @@ class DynamixelBus:
         overhead = self._packets.request_overhead + self._packets.answer_overhead
         total = len(parameters) + size + overhead
         self._port.wait_for(self._timeout.seconds(total, self._missed))
-        self._missed, self._requests = self._missed + 1, self._requests + 1
+        self._missed, self._unanswered = self._missed + 1, self._unanswered + 1
         packet = self._packets.request(self._id, instruction, parameters)
         self._port.expected = size + self._packets.answer_overhead
         try:
@@ -213,7 +213,7 @@ class DynamixelBus:
             self._port.is_using = False  # the SDK leaves it set when the port raises
         if len(answer.data) == size:  # else the rest of an answer was waited for
             self._timeout.add(total, self._port.received_ns - self._port.sent_ns)
-        self._missed, self._requests = 0, self._requests - 1
+        self._missed, self._unanswered = 0, self._unanswered - 1
         return answer
 
     def _answer(self, size: int) -> Answer:
