@@ -8,7 +8,7 @@ from nodlidar_assembler.control.adaptive_limits import AdaptiveLimitsConfig
 from nodlidar_assembler.control.coverage_monitor import CoverageConfig
 from nodlidar_assembler.inputs.joint_input import JointInputConfig
 from nodlidar_assembler.inputs.scan_input import ScanInputConfig
-from nodlidar_assembler.waiting import WaitingConfig
+from nodlidar_assembler.scan_assembler import ScanAssemblerConfig
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class AssemblerConfig(
     AdaptiveLimitsConfig,
     LevelScanConfig,
     ScanMemoryConfig,
-    WaitingConfig,
+    ScanAssemblerConfig,
     ScanInputConfig,
     JointInputConfig,
 ):

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig, OdometryError
 from nodlidar_assembler.clouds.joint_history import JointHistory, JointSamples
 from nodlidar_assembler.clouds.odometry_history import OdometryHistory
-from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, Scan
+from nodlidar_assembler.clouds.pipeline import Assembled, Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.clouds.repeats import RepeatedScanError
-from nodlidar_assembler.waiting import WaitingConfig, WaitingLine
+from nodlidar_assembler.waiting import WaitingLine
+from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.time_order import TIME_JUMP_NS
@@ -24,7 +26,47 @@ NO_ODOMETRY_AFTER = 'no odometry after it before the deadline'
 ODOMETRY_WENT_BACK = 'odometry went back in time'
 ONE_INSTANT = 'scans whose beams share one instant: set time_increment'
 
+WITHOUT_ODOMETRY = ('drop', 'uncompensated')
+
 _Bracketed = tuple[Scan, JointSamples]
+
+
+@dataclass(frozen=True)
+class ScanAssemblerConfig(PipelineConfig):
+    """Waiting for joint samples and odometry, and ego-motion."""
+
+    frame_id: str = parameter(
+        'nodlidar_base_link',
+        'Frame of the clouds: it does not nod; origin on the nod axis, x forward, z up',
+    )
+    deadline: float = parameter(
+        0.3,
+        'Longest time that a scan waits for joint samples, and then again for odometry',
+        unit='s',
+        minimum=0.001,
+        maximum=10.0,
+    )
+    odom_frame: str = parameter(
+        'odom',
+        'Frame of odometry: TF has the pose of frame_id in it',
+    )
+    without_odometry: str = parameter(
+        'drop',
+        'What happens to a scan without odometry: drop, or uncompensated (its cloud is in '
+        'frame_id; not with clouds per sweep)',
+        choices=WITHOUT_ODOMETRY,
+    )
+
+    def check_together(self) -> None:
+        """Raise ParameterError for frames and modes that exclude each other."""
+        if self.ego_motion == 'off':
+            return
+        if self.odom_frame in ('', self.frame_id):
+            limit = f"a frame other than frame_id = '{self.frame_id}'"
+            raise ParameterError('odom_frame', limit, self.odom_frame)
+        if self.cloud_mode == 'sweep' and self.without_odometry != 'drop':
+            limit = 'drop with clouds per sweep, whose points are in one frame'
+            raise ParameterError('without_odometry', limit, self.without_odometry)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +115,7 @@ class ScanAssembler:
         Dropped scans, counted by reason.
     """
 
-    def __init__(self, config: WaitingConfig, mount: Pose | None = None) -> None:
+    def __init__(self, config: ScanAssemblerConfig, mount: Pose | None = None) -> None:
         deadline_ns = round(config.deadline * NS_PER_S)
         self._compensates = config.ego_motion != 'off'
         self._drops_uncompensated = config.without_odometry == 'drop'

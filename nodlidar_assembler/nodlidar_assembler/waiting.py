@@ -2,58 +2,13 @@
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Generic, TypeVar
-
-from nodlidar_assembler.clouds.pipeline import PipelineConfig
-from nodlidar_common.errors import ParameterError
-from nodlidar_common.parameters import parameter
 
 # The longest deadline of 10 s at a hundred scans per second.
 MOST_WAITING = 1000
 
 Waiting = TypeVar('Waiting')
 Found = TypeVar('Found')
-
-WITHOUT_ODOMETRY = ('drop', 'uncompensated')
-
-
-@dataclass(frozen=True)
-class WaitingConfig(PipelineConfig):
-    """Waiting for joint samples and odometry, and ego-motion."""
-
-    frame_id: str = parameter(
-        'nodlidar_base_link',
-        'Frame of the clouds: it does not nod; origin on the nod axis, x forward, z up',
-    )
-    deadline: float = parameter(
-        0.3,
-        'Longest time that a scan waits for joint samples, and then again for odometry',
-        unit='s',
-        minimum=0.001,
-        maximum=10.0,
-    )
-    odom_frame: str = parameter(
-        'odom',
-        'Frame of odometry: TF has the pose of frame_id in it',
-    )
-    without_odometry: str = parameter(
-        'drop',
-        'What happens to a scan without odometry: drop, or uncompensated (its cloud is in '
-        'frame_id; not with clouds per sweep)',
-        choices=WITHOUT_ODOMETRY,
-    )
-
-    def check_together(self) -> None:
-        """Raise ParameterError for frames and modes that exclude each other."""
-        if self.ego_motion == 'off':
-            return
-        if self.odom_frame in ('', self.frame_id):
-            limit = f"a frame other than frame_id = '{self.frame_id}'"
-            raise ParameterError('odom_frame', limit, self.odom_frame)
-        if self.cloud_mode == 'sweep' and self.without_odometry != 'drop':
-            limit = 'drop with clouds per sweep, whose points are in one frame'
-            raise ParameterError('without_odometry', limit, self.without_odometry)
 
 
 class WaitingLine(Generic[Waiting, Found]):
