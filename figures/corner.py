@@ -6,12 +6,12 @@ from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, ESTIMATORS, PitchEstimator
 from nodlidar_assembler.clouds.points import Points
+from nodlidar_common.arrays import Mask
 from nodlidar_demo.evaluation import FAR, near_beams, points_of_log, surface_rms
 from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
@@ -56,11 +56,11 @@ def draw(folder: Path, console: Console) -> Table:
     return table(f'Fig. 8: a corner at pi rad/s, {DURATION:.0f} s, beams up to {FAR:g} m', rows)
 
 
-def _going_up(points: Points) -> NDArray[np.bool_]:
+def _going_up(points: Points) -> Mask:
     return reference_nod().velocity(points.time_ns) > 0.0
 
 
-def _in_slice(points: Points) -> NDArray[np.bool_]:
+def _in_slice(points: Points) -> Mask:
     return np.asarray((np.abs(points.data['y']) < SLICE) & (points.data['x'] > 0.0))
 
 

@@ -11,13 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm
 import matplotlib.pyplot as plt
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_planner.coverage.coverage import Coverage
 from nodlidar_planner.coverage.lower_bound import lower_bound
 from nodlidar_planner.pattern.band import samples_in_band
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -30,7 +30,6 @@ STARTS = np.arange(91)
 # N_s that a process computes at a time.
 CHUNK = 50
 
-Floats = NDArray[np.float64]
 PANELS = {
     'completion': 'Fig. 6a: time until every cell was hit [s]',
     'revisit': 'Fig. 6b: longest time between two crossings of a cell, mean over cells [s]',
@@ -41,10 +40,10 @@ PANELS = {
 class Maps:
     """Completion and revisit (N_s, starts), hit frequency (N_s, distances), and the N_s."""
 
-    samples: NDArray[np.int64]
-    completion: Floats
-    revisit: Floats
-    frequency: Floats
+    samples: Integers
+    completion: Array
+    revisit: Array
+    frequency: Array
 
 
 def draw(folder: Path, console: Console) -> Table:
@@ -68,7 +67,7 @@ def draw(folder: Path, console: Console) -> Table:
     return _findings(maps)
 
 
-def compute(samples: NDArray[np.int64], console: Console) -> Maps:
+def compute(samples: Integers, console: Console) -> Maps:
     """Return the maps, computed by as many processes as there are processors."""
     chunks = [samples[i : i + CHUNK] for i in range(0, len(samples), CHUNK)]
     with ProcessPoolExecutor() as pool:
@@ -77,7 +76,7 @@ def compute(samples: NDArray[np.int64], console: Console) -> Maps:
     return Maps(samples, *(np.concatenate(panel) for panel in zip(*rows, strict=True)))
 
 
-def _rows_of_maps(samples: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
+def _rows_of_maps(samples: Integers) -> tuple[Array, Array, Array]:
     """Return completion, revisit (N_s, starts) and hit frequency (N_s, distances) of some N_s."""
     panels = np.array([maps_of(FULL_CIRCLE, int(n_s)) for n_s in samples])
     return panels[:, 0], panels[:, 1], np.array([frequencies_of(int(n_s)) for n_s in samples])
@@ -88,7 +87,7 @@ def frequencies_of(samples_per_sweep: int) -> list[float]:
     return [figures_of(task_at(each), samples_per_sweep).hit_frequency for each in DISTANCES]
 
 
-def maps_of(task: Task, samples_per_sweep: int) -> Floats:
+def maps_of(task: Task, samples_per_sweep: int) -> Array:
     """Return completion and revisit for every start, shape (2, starts).
 
     The phase is the one nearest to the start that is half a sample past a whole one.
@@ -118,7 +117,7 @@ def _draw_frequency(axes: Axes, maps: Maps) -> QuadMesh:
     return image
 
 
-def _colours(values: Floats) -> LogNorm:
+def _colours(values: Array) -> LogNorm:
     return LogNorm(*np.quantile(values, [0.001, 0.95]))
 
 

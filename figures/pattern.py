@@ -4,10 +4,10 @@ from math import pi
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+from nodlidar_common.arrays import Array
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
@@ -35,7 +35,7 @@ def draw(folder: Path, console: Console) -> Table:
     return _findings(task)
 
 
-def _beams(task: Task, going_up: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _beams(task: Task, going_up: bool) -> tuple[Array, Array]:
     """Return azimuth and pitch [deg] of the measured samples of one direction of the nod."""
     pattern = Pattern(task.steps_per_revolution, N_S)
     n = np.arange(SCANS * task.steps_per_revolution)

@@ -13,19 +13,18 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
+from nodlidar_common.arrays import Array
 from nodlidar_planner.choice.timing_error import reversal_instants
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 from figures.saving import save
 
-Floats = NDArray[np.float64]
-Reversals = Callable[[int, float, int], Floats]
+Reversals = Callable[[int, float, int], Array]
 
 TASK = Task()
 N_L = TASK.steps_per_revolution
@@ -80,8 +79,8 @@ class Shares:
     Each is of shape (errors,), mean over the seeds.
     """
 
-    locked: dict[int, Floats]
-    by_speed: dict[int, Floats]
+    locked: dict[int, Array]
+    by_speed: dict[int, Array]
 
 
 def draw(folder: Path, console: Console) -> Table:
@@ -106,7 +105,7 @@ def compute(console: Console) -> Shares:
     return Shares(locked, by_speed)
 
 
-def share_of_repeats(samples_per_sweep: int, reversals: Floats) -> float:
+def share_of_repeats(samples_per_sweep: int, reversals: Array) -> float:
     """Return the share of repeats among the beams of N_s revolutions, dark ones counted.
 
     Parameters
@@ -127,7 +126,7 @@ def share_of_repeats(samples_per_sweep: int, reversals: Floats) -> float:
     return 1.0 - float(np.count_nonzero(seen)) / total
 
 
-def error_where(ratios: Floats, published: float) -> float:
+def error_where(ratios: Array, published: float) -> float:
     """Return the first error [beam periods] at which ratios that rise reach the published one."""
     after = int(np.argmax(ratios >= published))
     between = slice(after - 1, after + 1)
@@ -138,13 +137,13 @@ def _share_of(reversals: Reversals, samples_per_sweep: int, error: float, seed: 
     return share_of_repeats(samples_per_sweep, reversals(samples_per_sweep, error, seed))
 
 
-def _locked(samples_per_sweep: int, error: float, seed: int) -> Floats:
+def _locked(samples_per_sweep: int, error: float, seed: int) -> Array:
     """Return reversals whose errors are white: independent of each other."""
     last = samples_per_sweep * N_L
     return reversal_instants(samples_per_sweep, HALF_SAMPLE, error, last, seed)
 
 
-def _by_speed(samples_per_sweep: int, error: float, seed: int) -> Floats:
+def _by_speed(samples_per_sweep: int, error: float, seed: int) -> Array:
     """Return reversals at the speed of the register; each counts from the one before it."""
     speed = round(TASK.speed(samples_per_sweep) / SPEED_STEP) * SPEED_STEP
     sweep = TASK.span / speed / TASK.beam_period
@@ -153,12 +152,12 @@ def _by_speed(samples_per_sweep: int, error: float, seed: int) -> Floats:
     return np.maximum.accumulate(np.arange(count) * sweep - HALF_SAMPLE + np.cumsum(noise))
 
 
-def _ratios(shares: dict[int, Floats]) -> dict[tuple[int, int], Floats]:
+def _ratios(shares: dict[int, Array]) -> dict[tuple[int, int], Array]:
     """Return share of repeats of the odd N_s over that of the even one, for each pair."""
     return {(even, odd): shares[odd] / shares[even] for even, odd in PUBLISHED}
 
 
-def _milliseconds(error: float | Floats) -> Floats:
+def _milliseconds(error: float | Array) -> Array:
     return np.asarray(error * TASK.beam_period * 1e3)
 
 
@@ -218,7 +217,7 @@ def _findings(shares: Shares) -> Table:
     return table
 
 
-def _shown(locked: Floats, by_speed: Floats) -> list[str]:
+def _shown(locked: Array, by_speed: Array) -> list[str]:
     """Return the columns of SHOWN."""
     none, tenth, one = np.searchsorted(ERRORS, (0.0, 1.0, 10.24))
     return [f'{x:.3f}' for x in (*locked[[none, tenth, one]], *by_speed[[tenth, one]])]

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+from nodlidar_common.arrays import Integers
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.nod import Nod
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.nod_motion import triangle_motion
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
@@ -52,7 +52,7 @@ def draw(folder: Path, console: Console) -> Table:
     return table('Fig. 10: repeats in N_s revolutions', rows)
 
 
-def _near_and_between(beams: NDArray[np.int64], repeats: NDArray[np.int64]) -> tuple[float, float]:
+def _near_and_between(beams: Integers, repeats: Integers) -> tuple[float, float]:
     """Return the share of repeats in the outer parts of the span, and in those between."""
     inner = slice(OUTER, BINS - OUTER)
     between = repeats[inner].sum() / beams[inner].sum()
@@ -62,7 +62,7 @@ def _near_and_between(beams: NDArray[np.int64], repeats: NDArray[np.int64]) -> t
 
 def counts_by_height(
     samples_per_sweep: int, reversal_error: float, acceleration: float = REVERSAL_ACCELERATION
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[Integers, Integers]:
     """Return the number of beams in each part of the span in N_s revolutions, and of repeats.
 
     Dark beams count as well. A repeat is in a cell of the finest grid that an earlier beam hit.

@@ -9,6 +9,7 @@ from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.geometry import Beams
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.point_layout import POINT
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_log
 import numpy as np
@@ -77,7 +78,7 @@ def _assembled(
     numbers: Numbers,
     beams: Beams,
     ranges: NDArray[np.float32],
-    pitch: NDArray[np.float64],
+    pitch: Array,
 ) -> NDArray[np.void]:
     """Return the points of a scan with given number types, by the formulas of assembly.place."""
     p = beams.direction.astype(numbers.computed) * ranges.astype(numbers.computed)
@@ -93,7 +94,7 @@ def _bytes(
     numbers: Numbers,
     beams: Beams,
     ranges: NDArray[np.float32],
-    pitch: NDArray[np.float64],
+    pitch: Array,
 ) -> 'array[int]':
     """Return the same points as the bytes of a message."""
     message = array('B')
@@ -126,7 +127,7 @@ def _by_mode(log: SensorLog) -> list[Row]:
     return rows
 
 
-def _ages(log: SensorLog, mode: str) -> list[NDArray[np.float64]]:
+def _ages(log: SensorLog, mode: str) -> list[Array]:
     """Return the age of each cloud's points when it is complete [s]."""
     ages = []
     for outcome in outcomes(log, PipelineConfig(cloud_mode=mode)):

@@ -11,6 +11,7 @@ from nodlidar_assembler.clouds.pitch_estimator import ESTIMATORS
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
 from nodlidar_assembler.ros.cloud_message import cloud_message
+from nodlidar_common.arrays import Array
 from nodlidar_common.scip import decode, encode
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_log, simulated_odometry
@@ -19,7 +20,6 @@ from nodlidar_planner.pattern.band import samples_in_band
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.feedback import Feedback
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.reference import DRIVING, FULL_CIRCLE, simulated_room, STANDING, START_NS
 from bench.shared.report import Row
@@ -121,7 +121,7 @@ def _decoding() -> Action:
     return lambda: decode(data, 3)
 
 
-def _simulation() -> NDArray[np.float64]:
+def _simulation() -> Array:
     return simulated_room(1.0).ranges
 
 

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.arrays import Array
 from nodlidar_driver.clock.device_clock import DeviceClock
 from nodlidar_driver.clock.time_mode import ClockError, enough_replies, TimeReply
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.report import Row
 from bench.shared.rms import rms
@@ -107,9 +107,7 @@ def results() -> list[Row]:
     return rows
 
 
-def errors(
-    line: Line, seed: int, duration_ms: float = DURATION_MS
-) -> tuple[NDArray[np.float64], int]:
+def errors(line: Line, seed: int, duration_ms: float = DURATION_MS) -> tuple[Array, int]:
     """Return errors of stamps [ms] from SETTLED_MS after connecting, and how often it did again.
 
     Parameters

@@ -14,6 +14,7 @@ from itertools import pairwise
 import time
 from typing import Any
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.nod import Nod
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS
@@ -25,7 +26,6 @@ from nodlidar_sim.world.servo.encoder import Encoder
 from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.reference import joints_at, reference_nod, START_NS
 from bench.shared.report import Row
@@ -48,9 +48,6 @@ TITLE = (
     f'Servos by physics on the reference nod (span 1.2272 rad, pi rad/s) and on one at 1/{SLOW:g} '
     f'of its speed, {DURATION:.0f} s, joint states at 100 Hz; as planned: the fastest of the model'
 )
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 
 def results() -> list[Row]:

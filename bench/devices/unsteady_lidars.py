@@ -2,8 +2,8 @@
 
 import math
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.report import Row
 
@@ -40,7 +40,7 @@ def seen(name: str, samples_per_sweep: int, duration: float) -> float:
     return len(np.unique(row * 360 + column)) / (rows * 360)
 
 
-def revolutions(name: str, time: NDArray[np.float64]) -> NDArray[np.float64]:
+def revolutions(name: str, time: Array) -> Array:
     """Return the revolutions since the start at each time [s]."""
     if name == NOT_WHOLE:
         return time * (BEAMS / 450.37)

@@ -18,6 +18,7 @@ from nodlidar_assembler.calibration.calibration import (
 )
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig
 from nodlidar_assembler.commands.calibrate import ROWS
+from nodlidar_common.arrays import Array
 from nodlidar_common.nod import Nod
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import NS_PER_S
@@ -26,7 +27,6 @@ from nodlidar_sim.simulation import simulate
 from nodlidar_sim.world.device_section import load_lidar, load_servo
 from nodlidar_sim.world.scene import load_scene, Scene
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.errors.panelled_room import panelled_room
 from bench.shared.reference import BEAM_PERIOD, joints_at, SPAN, STANDING, START_NS
@@ -115,7 +115,7 @@ def run(case: Case, seed: int) -> tuple[Calibration, Values]:
     return calibrate(MeasuredBeams.of(log), START, up, case.values), true
 
 
-def recording(case: Case, seed: int) -> tuple[SensorLog, Values, NDArray[np.float64]]:
+def recording(case: Case, seed: int) -> tuple[SensorLog, Values, Array]:
     """Return a simulated recording, the true values, and upward in nodlidar_base_link, (3,)."""
     rng = np.random.default_rng([seed, 16])
     true = PUT_IN if case.fixed else _drawn(rng)

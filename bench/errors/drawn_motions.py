@@ -9,17 +9,15 @@ a kind; a motion may be of several.
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from bench.errors.pitch_motions import DURATION, pitch_errors
 from bench.shared.reference import START_NS
 from bench.shared.report import Row
 from bench.shared.rms import rms
-
-Array = NDArray[np.float64]
 
 MOTIONS = 1000
 FIRST_SEED = 1000  # earlier ones were drawn when the constants of trajectory were chosen
@@ -51,7 +49,7 @@ class Drawn:
 
     time: Array
     pitch: Array
-    sample_ns: NDArray[np.int64]
+    sample_ns: Times
     sample_pitch: Array
     fastest: float
     encoder_step: float
@@ -150,7 +148,7 @@ def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
 def _ratio(motion: Drawn) -> float:
     """Return the RMS error of trajectory over that of slerp, of scans that both place."""
 
-    def true(times_ns: NDArray[np.int64]) -> Array:
+    def true(times_ns: Times) -> Array:
         return np.interp((times_ns - START_NS) / NS_PER_S, motion.time, motion.pitch)
 
     samples = motion.sample_ns, motion.sample_pitch

@@ -1,8 +1,8 @@
 """Scenes with edges: those of nodlidar_sim, and furnished rooms at random."""
 
+from nodlidar_common.arrays import Array
 from nodlidar_sim.world.scene import load_scene, parse_scene, Scene
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.errors.shapes import box, plane
 
@@ -34,7 +34,7 @@ def shipped_scenes() -> list[Scene]:
     return [load_scene(name, ideal=True) for name in SHIPPED]
 
 
-def _thing(rng: np.random.Generator, half: NDArray[np.float64]) -> str:
+def _thing(rng: np.random.Generator, half: Array) -> str:
     """Return a shape of random kind, size and pose."""
     pose = _pose(rng, half)
     kind = rng.choice(['box', 'cylinder', 'sphere'], p=[0.6, 0.3, 0.1])
@@ -46,7 +46,7 @@ def _thing(rng: np.random.Generator, half: NDArray[np.float64]) -> str:
     return f'{{sphere: {{center: {pose[:3]}, radius: {rng.uniform(0.05, 0.3):.3f}}}}}'
 
 
-def _pose(rng: np.random.Generator, half: NDArray[np.float64]) -> list[float]:
+def _pose(rng: np.random.Generator, half: Array) -> list[float]:
     """Return x y z roll pitch yaw in the room, away from the sensor; nearly upright."""
     place = rng.uniform(-half, half)
     while np.hypot(*place) < _KEEP_CLEAR:
@@ -55,5 +55,5 @@ def _pose(rng: np.random.Generator, half: NDArray[np.float64]) -> list[float]:
     return _rounded(np.concatenate([place, rng.uniform(0.2, 2.0, 1), turn]))
 
 
-def _rounded(values: NDArray[np.float64]) -> list[float]:
+def _rounded(values: Array) -> list[float]:
     return [float(value) for value in np.round(values, 3)]

@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_common.arrays import Mask
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.error_budget.budget import Beams, beams_at, budget_of, ErrorBudget
 from nodlidar_planner.error_budget.parameters import ErrorParameters
@@ -21,15 +22,12 @@ from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
 from nodlidar_sim.world.servo.encoder import Encoder
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.errors.budget_setups import drawn_setup, SetUp
 from bench.errors.simulated_error import COOL_DOWN, estimate_rms, IN_CLOUD, simulated_rms, WARM_UP
 from bench.shared.reference import FEEDBACK_RATE, START_NS
 from bench.shared.report import Row
 from bench.shared.rms import rms
-
-Mask = NDArray[np.bool_]
 
 DURATION = 6.0
 SETUPS = 20

@@ -25,15 +25,13 @@ from nodlidar_assembler.calibration.calibration import calibrate, coarse_delay
 from nodlidar_assembler.calibration.plane_search import patches
 from nodlidar_assembler.calibration.plane_system import BEFORE
 from nodlidar_assembler.commands.calibrate import ROWS
+from nodlidar_common.arrays import Array, Integers
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from bench.errors.calibration import Case, CASES, recording, START
 from bench.shared.report import Row
 from bench.shared.rms import rms
-
-Array = NDArray[np.float64]
 
 TITLE = 'Calibration of the same recordings by local thickness and by ours, RMS errors'
 NAMES = ('delay', 'roll', 'yaw', 'x', 'z')
@@ -65,7 +63,7 @@ COMPARED = {
 class _Patch:
     """A neighbourhood: its points, principal axes (3, 3), that of the normal first, planarity."""
 
-    points: NDArray[np.int64]
+    points: Integers
     axes: Array
     planarity: float
 

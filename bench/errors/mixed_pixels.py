@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
+from nodlidar_common.arrays import Array, Mask
 from nodlidar_common.nod import Nod
 from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import Recording, simulate
@@ -38,8 +39,6 @@ TITLE = (
     f'Mixed pixels, mixed_pixel_angle = {CONFIG.mixed_pixel_angle} rad; drawn: {DRAWN} furnished '
     f'rooms; still: at {", ".join(map(str, STILL_AT))} rad'
 )
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +158,7 @@ def time_per_scan() -> float:
     return float(seconds)
 
 
-def _distance(seen: Recording, chosen: Mask) -> NDArray[np.float64]:
+def _distance(seen: Recording, chosen: Mask) -> Array:
     """Return the distance of some points, placed with the true pitch, to the surfaces [m]."""
     azimuth = np.broadcast_to(seen.azimuth, chosen.shape)[chosen]
     ranges, pitch = seen.ranges[chosen], seen.true_pitch[chosen]

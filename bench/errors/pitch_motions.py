@@ -12,6 +12,7 @@ import time
 
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.nodding import nodding_servo
 from nodlidar_sim.world.device_section import load_servo, servo_names
@@ -19,14 +20,11 @@ from nodlidar_sim.world.nod_motion import triangle_motion
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.servo.parameters import ServoParameters
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.reference import reference_nod, SPAN, START_NS
 from bench.shared.report import Row
 from bench.shared.rms import means, rms
 
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 Position = Callable[[Times], Array]
 
 DURATION = 40.0

@@ -12,20 +12,18 @@ from nodlidar_assembler.bags.sensor_log import outcomes
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.points import nod_in_place
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_common.arrays import Array
 from nodlidar_common.nod import Nod
 from nodlidar_demo.simulated_log import simulated_log
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.device_section import load_lidar
 from nodlidar_sim.world.scene import load_scene
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.reference import BEAM_PERIOD, reference_nod, START_NS
 from bench.shared.report import Row
 from bench.shared.scans import samples_for
 from bench.shared.timing import interleaved
-
-Array = NDArray[np.float64]
 
 DURATION = 8.0
 SCENES = ('room', 'corridor', 'corner')

@@ -13,6 +13,7 @@ from nodlidar_assembler.clouds.ego_motion import Odometry, OdometryConfig
 from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE
 from nodlidar_assembler.clouds.pipeline import PipelineConfig
 from nodlidar_assembler.clouds.points import place
+from nodlidar_common.arrays import Array, Mask
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_log, simulated_odometry
 from nodlidar_planner.error_budget.parameters import ErrorParameters
@@ -20,13 +21,9 @@ from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.odometry import Base, Odometer
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.errors.budget_setups import SetUp
 from bench.shared.reference import START_NS
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 IN_CLOUD = 8  # scans
 WARM_UP, COOL_DOWN = 8, 4  # scans; trajectory learns, and needs samples after a scan

@@ -6,6 +6,7 @@ from nodlidar_assembler.clouds.geometry import Beams, REFERENCE_LASER_POSE
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.point_layout import xyz_in
 from nodlidar_assembler.clouds.points import place, points_of
+from nodlidar_common.arrays import Array, Integers
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,10 +36,10 @@ class Errors:
     """
 
     source: NDArray[np.intp]
-    stamp: NDArray[np.float64]
-    changed: NDArray[np.int64]
+    stamp: Array
+    changed: Integers
     scan_of_cloud: NDArray[np.intp]
-    cloud: NDArray[np.float64]
+    cloud: Array
 
 
 def errors(published: Published, truth: Truth) -> Errors:

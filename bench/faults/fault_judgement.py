@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import math
 import re
 
+from nodlidar_common.arrays import Array, Mask, Times
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.faults.fault_errors import Errors
 from bench.faults.fault_log import Published
@@ -210,10 +210,10 @@ class Judge:
         return {key: n for key, n in found.items() if _LOSSES[node].match(key)}
 
 
-def _within(times_ns: NDArray[np.int64], span_ns: tuple[int, int]) -> NDArray[np.bool_]:
+def _within(times_ns: Times, span_ns: tuple[int, int]) -> Mask:
     return np.asarray((times_ns >= span_ns[0]) & (times_ns < span_ns[1]))
 
 
-def _worst(errors: NDArray[np.float64]) -> float:
+def _worst(errors: Array) -> float:
     known = np.abs(errors[~np.isnan(errors)])
     return float(known.max()) if known.size else math.nan

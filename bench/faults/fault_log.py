@@ -8,6 +8,7 @@ from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.clouds.pipeline import Scan
 from nodlidar_assembler.clouds.point_layout import POINT, xyz_in
 from nodlidar_assembler.inputs.scan_input import scan_from_message
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ class Cloud:
     """A cloud: its stamp [ns] and points [m], shape (n, 3)."""
 
     stamp_ns: int
-    xyz: NDArray[np.float64]
+    xyz: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +81,7 @@ def _taken(message: Any, topic: str, at_ns: int) -> Any:
     ]
 
 
-def codes_of(scan: Scan) -> NDArray[np.int64]:
+def codes_of(scan: Scan) -> Integers:
     """Return a scan's ranges as the lidar sends them [mm], 0 where there is none."""
     finite = np.where(np.isfinite(scan.ranges), scan.ranges, 0.0)
     return np.asarray(np.rint(finite * 1e3), dtype=np.int64)

@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass, field
 
+from nodlidar_common.arrays import Array, Integers, Times
 from nodlidar_sim.devices.scip_models import URG_04LX_UG01
 from nodlidar_sim.devices.urg_scan import Revolution
-from nodlidar_sim.world.nod_motion import Array, Motion, Times
-import numpy as np
-from numpy.typing import NDArray
+from nodlidar_sim.world.nod_motion import Motion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,7 +22,7 @@ class TrueScan:
     """
 
     times_ns: Times
-    codes: NDArray[np.int64]
+    codes: Integers
     pitch: Array
     heard: bool
 

@@ -9,17 +9,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
+from nodlidar_common.arrays import Array
 from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import parse_scene, Scene
 import numpy as np
-from numpy.typing import NDArray
 import yaml
 
 from bench.maps.drives import ODOMETRY, recorded
 from bench.maps.mapping import errors_of, Mapped, mapped
 from bench.shared.report import Row
 
-Array = NDArray[np.float64]
 Walls = list[tuple[Array, Array]]  # from, to
 Things = list[dict[str, object]]  # shapes of a scene
 

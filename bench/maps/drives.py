@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 from nodlidar_assembler.profiles import PROFILES
+from nodlidar_common.arrays import Array
 from nodlidar_common.nod import Nod
-from nodlidar_mapper.geometry.poses import Array, inverse, planar
+from nodlidar_mapper.geometry.poses import inverse, planar
 from nodlidar_sim.simulation import Recording, simulate
 from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import load_scene, Scene

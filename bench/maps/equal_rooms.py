@@ -3,7 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 
-from nodlidar_mapper.geometry.poses import Array
+from nodlidar_common.arrays import Array
 from nodlidar_sim.world.route import Leg
 from nodlidar_sim.world.scene import Scene
 import numpy as np

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from nodlidar_assembler.bags.sensor_log import outcomes, SensorLog
 from nodlidar_assembler.clouds.level_ranges import LevelScanConfig
 from nodlidar_assembler.clouds.level_scan import LevelScan, LevelScanner
+from nodlidar_common.arrays import Array
 from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_sim.world.planar import rotate, to_parent
 from nodlidar_sim.world.world import World
@@ -17,8 +18,6 @@ from numpy.typing import NDArray
 
 from bench.maps.drives import CONFIG, DRIVES, recorded, scene_of, speed_up, top_speed
 from bench.shared.report import Row
-
-Array = NDArray[np.float64]
 
 DURATION = 60.0
 HEIGHTS = 40  # of the level rays

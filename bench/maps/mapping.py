@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import time
 
 from nodlidar_assembler.bags.sensor_log import clouds_in
+from nodlidar_common.arrays import Array
 from nodlidar_demo.evaluation import moved_surface_rms
 from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import Array, inverse, moved
+from nodlidar_mapper.geometry.poses import inverse, moved
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import age_of, odometry_at
 from nodlidar_mapper.output.lasting import lasting_surface

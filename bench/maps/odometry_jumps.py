@@ -7,17 +7,16 @@ a crooked ring. The jump comes at a random place and has a random direction.
 from dataclasses import dataclass, replace
 
 from nodlidar_assembler.bags.sensor_log import clouds_in
+from nodlidar_common.arrays import Array, Mask, Times
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import estimates
 from nodlidar_sim.simulation import Recording
 from nodlidar_sim.world.planar import compose, relative
 from nodlidar_sim.world.scene import Scene
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.maps.drawn_buildings import drawn
 from bench.maps.drives import CONFIG, errors, recorded, scene_of, true_poses
@@ -134,9 +133,7 @@ def with_jump(recording: Recording, jump_ns: int, jump: Array) -> Recording:
     return replace(recording, odometry_pose=jumped)
 
 
-def judged(
-    off: Array, lost: NDArray[np.bool_], stamps_ns: NDArray[np.int64], begin_ns: int
-) -> Trial:
+def judged(off: Array, lost: Mask, stamps_ns: Times, begin_ns: int) -> Trial:
     """Judge clouds (n,) by how far they are off [m] and whether the mapper said lost."""
     wrong, after = off > RIGHT, stamps_ns > begin_ns
     end = 'lost' if lost[-1] else 'wrong' if wrong[-1] else 'right'

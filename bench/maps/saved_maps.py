@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 
 from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.points import Points
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import Array, inverse
+from nodlidar_mapper.geometry.poses import inverse
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
 from nodlidar_mapper.mapper import Mapper

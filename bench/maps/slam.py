@@ -13,10 +13,10 @@ from typing import Any, Protocol
 from ament_index_python.packages import get_package_share_directory
 from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.points import Points
+from nodlidar_common.arrays import Array
 from nodlidar_demo.simulated_log import simulated_drive
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper
 from nodlidar_mapper.offline import age_of, odometry_at
 from nodlidar_sim.simulation import Recording

@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 from nodlidar_assembler.clouds.points import Points
-from nodlidar_mapper.geometry.poses import Array, between, inverse, moved, planar, yaw_of
+from nodlidar_common.arrays import Array
+from nodlidar_mapper.geometry.poses import between, inverse, moved, planar, yaw_of
 import numpy as np
 
 KEYFRAME = 0.5  # m or rad

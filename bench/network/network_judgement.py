@@ -8,6 +8,7 @@ from typing import Any
 
 from nodlidar_assembler.clouds.point_layout import POINT, xyz_in
 from nodlidar_assembler.inputs.scan_input import scan_from_message
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import time_ns
 import numpy as np
 from numpy.typing import NDArray
@@ -56,8 +57,8 @@ class Account:
     unaccounted: int
     undecided: int
     strangers: int
-    error: NDArray[np.float64]
-    late: NDArray[np.float64]
+    error: Array
+    late: Array
 
 
 def account(here: Iterable[Arrival], there: Iterable[Arrival], truth: Truth) -> Account:
@@ -135,7 +136,7 @@ def _span(found: Errors) -> NDArray[np.intp]:
     return np.arange(known.min(), known.max() + 1)
 
 
-def _late(clouds: list[Arrival], found: Errors, truth: Truth) -> NDArray[np.float64]:
+def _late(clouds: list[Arrival], found: Errors, truth: Truth) -> Array:
     arrived = np.array([each.arrived_ns for each in clouds])
     ends_ns = np.array([int(scan.times_ns[-1]) for scan in truth.scans])
     known = found.scan_of_cloud >= 0

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 import math
 
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_planner.choice.search import soonest
 from nodlidar_planner.coverage.lower_bound import lower_bound
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
@@ -18,7 +19,6 @@ from nodlidar_planner.sweeps.schedule import (
     whole_rows,
 )
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.reference import FULL_CIRCLE
 from bench.shared.report import Row
@@ -39,7 +39,7 @@ class Nod:
 
     name: str
     task: Task
-    reversals: NDArray[np.float64]
+    reversals: Array
 
 
 def results() -> list[Row]:
@@ -145,7 +145,7 @@ def _with_error(nod: Nod, error: float, seed: int) -> float:
     return float(first_hits(nod.task, reversals).max()) * nod.task.beam_period
 
 
-def _samples(nod: Nod) -> NDArray[np.int64]:
+def _samples(nod: Nod) -> Integers:
     return np.arange(int(HORIZON / nod.task.beam_period))
 
 
@@ -164,7 +164,7 @@ def _wherever(nod: Nod) -> float:
     return max(shifted) * task.beam_period
 
 
-def _grid(row: NDArray[np.float64], column: NDArray[np.float64], rows: int, columns: int) -> float:
+def _grid(row: Array, column: Array, rows: int, columns: int) -> float:
     """Return the first sample by which all cells of a grid are hit."""
     row, column = np.floor(row + 1e-9), np.floor(column)
     inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)

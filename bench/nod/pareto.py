@@ -13,6 +13,7 @@ from math import degrees, inf, isfinite, pi, sin, tau
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.observed_coverage import largest_square
+from nodlidar_common.arrays import Array, Integers, Times
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_common.stamps import NS_PER_S
@@ -27,7 +28,6 @@ from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.nod_motion import triangle_motion
 from nodlidar_sim.world.scene import load_scene, Scene
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.errors.accuracy import MIXED_PIXEL_ANGLE, points_rms
 from bench.shared.reference import (
@@ -39,10 +39,6 @@ from bench.shared.reference import (
     START_NS,
 )
 from bench.shared.report import Row
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Times = NDArray[np.int64]
 
 SCENES = ('room', 'corner', 'corridor')
 ABOUT = (1001, 1401, 2001, 2801, 4001, 5601, 8001, 11201, 14001, 20001)
@@ -102,7 +98,7 @@ def nod_of(samples_per_sweep: int) -> Nod:
     )
 
 
-def first_hits(times_ns: Times, pitch: Floats, task: Task) -> Floats:
+def first_hits(times_ns: Times, pitch: Array, task: Task) -> Array:
     """Return when a cell was first hit [s], infinite if never; shape (columns, rows).
 
     Parameters
@@ -121,7 +117,7 @@ def first_hits(times_ns: Times, pitch: Floats, task: Task) -> Floats:
     return first[:-1].reshape(task.columns, task.rows)
 
 
-def local_density(xyz: Floats, queries: Floats) -> Floats:
+def local_density(xyz: Array, queries: Array) -> Array:
     """Return the points (n, 3) within NEAR of each query, per area of a disc of it [1/m^2]."""
     squares = (queries**2).sum(axis=1)[:, None] - 2.0 * queries @ xyz.T + (xyz**2).sum(axis=1)
     return np.asarray((squares < NEAR**2).sum(axis=1) / (pi * NEAR**2))
@@ -166,7 +162,7 @@ def _finite(value: float) -> float | None:
     return float(value) if isfinite(value) else None
 
 
-def _figures(times_ns: Times, pitch: Floats) -> tuple[float, float, float, float]:
+def _figures(times_ns: Times, pitch: Array) -> tuple[float, float, float, float]:
     """Return completion [s], the early and the later hole [deg] and repeats [%] of one run."""
     first = first_hits(times_ns, pitch, FINE)
     early_hole, hole = (
@@ -196,7 +192,7 @@ def _recording(scene: Scene, nod: Nod) -> Recording:
     return simulate(scene, nod, DURATION, start_ns=START_NS, sensor=SENSOR)
 
 
-def _cloud_row(recording: Recording, queries: Floats) -> Row:
+def _cloud_row(recording: Recording, queries: Array) -> Row:
     cloud = _cloud(recording)
     early = cloud.time_ns < START_NS + AFTER * NS_PER_S
     density = local_density(cloud.xyz[early], queries)
@@ -217,8 +213,8 @@ def _mark_fronts(rows: Sequence[Row]) -> None:
             row[front] = 'x' if best else ''
 
 
-def _surface_points(scene: Scene) -> Floats:
+def _surface_points(scene: Scene) -> Array:
     """Return some points of the surfaces that the sensor sees, in its frame."""
     xyz = _cloud(_recording(scene, reference_nod())).xyz
-    chosen: Floats = xyz[np.random.default_rng(0).choice(len(xyz), QUERIES, replace=False)]
+    chosen: Array = xyz[np.random.default_rng(0).choice(len(xyz), QUERIES, replace=False)]
     return chosen

@@ -9,12 +9,12 @@ Reversals and middles of the legs are those of the shaft's true motion.
 from collections.abc import Callable
 import math
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.devices.rx_motor import TICK
 from nodlidar_sim.world.device_section import load_servo
 from nodlidar_sim.world.servo.parameters import ServoParameters
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.nod.servo_rig import (
     Faults,
@@ -102,10 +102,10 @@ def figures(rig: Rig) -> Row:
     }
 
 
-def _lateness(instants_ns: NDArray[np.int64], place: float) -> NDArray[np.float64]:
+def _lateness(instants_ns: Times, place: float) -> Array:
     """Return how late instants at a place of each leg are [s]."""
     beams = (instants_ns - START_NS) / TRUE_BEAM_NS + 0.5
     first = round(beams[0] / DEFAULT_N_S - place)
     legs = first + np.arange(len(beams)) + place
-    late: NDArray[np.float64] = (beams - legs * DEFAULT_N_S) * TRUE_BEAM_NS / NS_PER_S
+    late: Array = (beams - legs * DEFAULT_N_S) * TRUE_BEAM_NS / NS_PER_S
     return late

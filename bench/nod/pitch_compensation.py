@@ -31,20 +31,18 @@ from nodlidar_assembler.control.pitch_limits import (
     ranges_that_count,
     SECTOR,
 )
+from nodlidar_common.arrays import Array, Integers, Times
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.scene import load_scene, Scene
 from nodlidar_sim.world.sensor_model import SensorModel
 from nodlidar_sim.world.world import World
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.nod.servo_rig import LOADED, Rig, Tied, TRUE_BEAM_NS, URG
 from bench.shared.reference import SPAN, STANDING, START_NS
 from bench.shared.report import Row
 from bench.shared.rms import means
-
-Floats = NDArray[np.float64]
 
 TITLE = 'Fig. 11: drive toward an object ahead, share of repeats and evenness over the height'
 
@@ -79,9 +77,9 @@ class Drive:
         N_s at each scan, shape (scans,).
     """
 
-    points: Floats
-    pitch: Floats
-    samples_per_sweep: NDArray[np.int64]
+    points: Array
+    pitch: Array
+    samples_per_sweep: Integers
 
 
 def results() -> list[Row]:
@@ -180,7 +178,7 @@ class NoddingSensor:
         """Return x of the base at an instant [m]."""
         return float(self._world.base.poses(np.array([time_ns]))[0, 0])
 
-    def scans(self, count: int) -> Iterator[tuple[Assembled, Odometry, Floats]]:
+    def scans(self, count: int) -> Iterator[tuple[Assembled, Odometry, Array]]:
         """Yield each scan of the drive when it has been assembled.
 
         Yield the scan, the odometry from its first beam on, and the points: x, y from the place of
@@ -196,13 +194,13 @@ class NoddingSensor:
             seen = self._seen(assembled, self.place(int(beams_ns[0])))
             yield assembled, self._odometry_since(int(beams_ns[0])), seen
 
-    def _assembled(self, beams_ns: NDArray[np.int64]) -> Assembled:
+    def _assembled(self, beams_ns: Times) -> Assembled:
         ranges = self._lidar.ranges(beams_ns, SENSOR.azimuth)
         scan = Scan(int(beams_ns[0]), URG, SENSOR.rounded_ranges(ranges).astype(np.float32))
         stamps, pitch = (np.array(each) for each in zip(*self._samples, strict=True))
         return self._pipeline.add_scan(scan, stamps, pitch)
 
-    def _seen(self, assembled: Assembled, x: float) -> Floats:
+    def _seen(self, assembled: Assembled, x: float) -> Array:
         (cloud,) = assembled.clouds
         driven = self._world.base.poses(cloud.time_ns)[:, :1] - x
         in_base = self._world.scene.mount.to_parent(cloud.xyz)
@@ -228,18 +226,18 @@ def _figures(driven: Drive) -> Row:
     }
 
 
-def of_finest_grid(pitch: Floats) -> Floats:
+def of_finest_grid(pitch: Array) -> Array:
     """Return the cell of each beam on the default nod's finest grid, shape (n, 2)."""
     beams = np.broadcast_to(np.arange(pitch.shape[1]), pitch.shape)
     return np.stack([beams.ravel(), np.floor(pitch.ravel() / (SPAN / N_S))], axis=1)
 
 
-def variation(points: Floats) -> float:
+def variation(points: Array) -> float:
     """Return the coefficient of variation of the points (n, 3) over the height."""
     counts, _ = np.histogram(points[:, 2], bins=BINS)
     return float(counts.std() / counts.mean())
 
 
-def repeats(cells: Floats) -> float:
+def repeats(cells: Array) -> float:
     """Return the share of cells, shape (n, d), that equal an earlier one."""
     return 1.0 - len(np.unique(cells.astype(np.int64), axis=0)) / len(cells)

@@ -7,9 +7,9 @@ the share of the beams in a bin that an earlier beam has hit. Dark beams count.
 
 import math
 
+from nodlidar_common.arrays import Integers
 from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.reference import SPAN
 from bench.shared.report import Row
@@ -26,7 +26,7 @@ def results() -> list[Row]:
     return [_row(*pair) for pair in PAIRS]
 
 
-def hits_of_bins(samples_per_sweep: int) -> NDArray[np.int64]:
+def hits_of_bins(samples_per_sweep: int) -> Integers:
     """Return the hits of each bin, shape (N_L, bins); the last bin is lower than the others."""
     bins = math.ceil(SPAN / PITCH_STEP)
     pattern = Pattern(N_L, samples_per_sweep)

@@ -8,6 +8,7 @@ from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.control.phase_lock import PhaseLock
+from nodlidar_common.arrays import Integers
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_servo.device.config import ServoConfig
 from nodlidar_servo.device.sample import Sample
@@ -22,7 +23,6 @@ from nodlidar_sim.world.nod_motion import ServoShaft
 from nodlidar_sim.world.servo.parameters import ServoParameters
 from nodlidar_sim.world.servo.physical_servo import PhysicalServo
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.reference import REFERENCE_N_S, SPAN, START_NS
 
@@ -99,7 +99,7 @@ class Rig:
         while self.clock() < end_ns:
             cycle()
 
-    def reversals_ns(self) -> NDArray[np.int64]:
+    def reversals_ns(self) -> Integers:
         """Return the instants of all reversals so far [ns], after SETTLING."""
         finder = ReversalFinder()
         times = np.arange(START_NS, self.clock(), NS_PER_S // 1000)
@@ -107,7 +107,7 @@ class Rig:
         reversals = np.array([each for each in found if each is not None], dtype=np.int64)
         return reversals[reversals > START_NS + round(SETTLING * NS_PER_S)]
 
-    def middles_ns(self) -> NDArray[np.int64]:
+    def middles_ns(self) -> Integers:
         """Return the instants at which the shaft was level, after SETTLING [ns]."""
         begin_ns = START_NS + round(SETTLING * NS_PER_S)
         times = np.arange(begin_ns, self.clock(), NS_PER_S // 1000)
@@ -115,7 +115,7 @@ class Rig:
         before = np.flatnonzero(np.signbit(pitch[:-1]) != np.signbit(pitch[1:]))
         share = pitch[before] / (pitch[before] - pitch[before + 1])
         after = np.rint(share * np.diff(times)[before]).astype(np.int64)
-        middles: NDArray[np.int64] = times[before] + after
+        middles: Integers = times[before] + after
         return middles
 
 

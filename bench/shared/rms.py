@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.shared.report import Row
 
 
-def rms(values: NDArray[np.float64]) -> float:
+def rms(values: Array) -> float:
     """Return the root mean square of values, of any shape."""
     return float(np.sqrt(np.mean(np.square(values))))
 

@@ -3,16 +3,14 @@
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, Scan
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 
 ODOMETRY_NS = NS_PER_S // 5  # before and after a scan, as the node keeps it
 
 
-def samples_for(
-    scan: Scan, log: SensorLog, pipeline: Pipeline
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def samples_for(scan: Scan, log: SensorLog, pipeline: Pipeline) -> tuple[Integers, Array]:
     """Return the joint samples that a scan is assembled with: [ns], [rad], shape (n,)."""
     margin_ns = pipeline.estimator.margin_ns
     around = log.samples_around(scan.stamp_ns - margin_ns, scan.end_ns + margin_ns)

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from itertools import product
 import time
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
 Action = Callable[[], object]
 
@@ -33,7 +33,7 @@ def interleaved(actions: Mapping[str, Action], rounds: int) -> list[tuple[float,
 
 def yardstick() -> float:
     """Do fixed work, similar to that for a scan: calls and arithmetic on 682 numbers."""
-    x: NDArray[np.float64] = np.arange(682, dtype=np.float64)
+    x: Array = np.arange(682, dtype=np.float64)
     for _ in range(20):
         x = np.sqrt(x * x + 1.0)
     return float(x.sum())

@@ -5,10 +5,8 @@ from collections.abc import Callable
 import math
 import time
 
+from nodlidar_common.arrays import Times
 import numpy as np
-from numpy.typing import NDArray
-
-Times = NDArray[np.int64]
 
 # A smaller step [ns] cannot be distinguished from the time between two readings.
 _LEAST_NS = 1_000_000

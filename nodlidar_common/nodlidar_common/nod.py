@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 import math
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class Nod:
         """Constant speed between the reversals [rad/s], always positive."""
         return self.span / self.sweep_duration
 
-    def sweeps(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
+    def sweeps(self, time_ns: Times | int) -> Array:
         """Return the sweeps from the reference time to times [ns], of any shape.
 
         Even whole numbers are at pitch_min. Times are subtracted as integers, so that absolute
@@ -76,13 +76,13 @@ class Nod:
         """Return `sweeps` at one time [ns], which takes a tenth of the time of an array's."""
         return (time_ns - self.reference_time_ns) / (self.sweep_duration * NS_PER_S)
 
-    def pitch(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
+    def pitch(self, time_ns: Times | int) -> Array:
         """Return the commanded pitch [rad] at times [ns], of any shape."""
         leg = np.mod(self.sweeps(time_ns), 2.0)
-        height: NDArray[np.float64] = 1.0 - np.abs(leg - 1.0)
+        height: Array = 1.0 - np.abs(leg - 1.0)
         return self.pitch_min + self.span * height
 
-    def velocity(self, time_ns: NDArray[np.int64] | int) -> NDArray[np.float64]:
+    def velocity(self, time_ns: Times | int) -> Array:
         """Return the commanded velocity [rad/s] at times [ns]; at a reversal the new one."""
         return np.where(np.mod(self.sweeps(time_ns), 2.0) < 1.0, self.speed, -self.speed)
 

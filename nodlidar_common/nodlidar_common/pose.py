@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from transforms3d.euler import euler2mat
 from transforms3d.quaternions import mat2quat, quat2mat
 
@@ -23,8 +24,8 @@ class Pose:
         Matrix from the frame to the parent frame, shape (3, 3).
     """
 
-    position: NDArray[np.float64]
-    rotation: NDArray[np.float64]
+    position: Array
+    rotation: Array
 
     @classmethod
     def from_xyzrpy(cls, numbers: Sequence[float]) -> Pose:
@@ -44,15 +45,15 @@ class Pose:
         w, x, y, z = mat2quat(self.rotation).tolist()
         return x, y, z, w
 
-    def to_parent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_parent(self, points: Array) -> Array:
         """Return points (n, 3) of this frame in the parent frame."""
         return self.directions_to_parent(points) + self.position
 
-    def to_child(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_child(self, points: Array) -> Array:
         """Return points (n, 3) of the parent frame in this frame."""
         return np.asarray((points - self.position) @ self.rotation)
 
-    def directions_to_parent(self, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    def directions_to_parent(self, directions: Array) -> Array:
         """Return directions (n, 3) of this frame in the parent frame."""
         return np.asarray(directions @ self.rotation.T)
 

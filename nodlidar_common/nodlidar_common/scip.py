@@ -6,9 +6,9 @@ Section numbers refer to Hokuyo's specification C-42-03320B.
 from collections.abc import Iterable, Sequence
 import re
 
+from nodlidar_common.arrays import Integers
 from nodlidar_common.errors import DeviceError
 import numpy as np
-from numpy.typing import NDArray
 
 BLOCK = 64
 """Data characters in one line (section 7)."""
@@ -43,7 +43,7 @@ def strip_sum(line: bytes) -> bytes:
     return data
 
 
-def encode(values: Sequence[int] | NDArray[np.int64], characters: int) -> bytes:
+def encode(values: Sequence[int] | Integers, characters: int) -> bytes:
     """Encode numbers in 6-bit characters, most significant first (section 6).
 
     Parameters
@@ -68,7 +68,7 @@ def encode(values: Sequence[int] | NDArray[np.int64], characters: int) -> bytes:
     return (digits + _ZERO).astype(np.uint8).tobytes()
 
 
-def decode(data: bytes, characters: int) -> NDArray[np.int64]:
+def decode(data: bytes, characters: int) -> Integers:
     """Decode numbers of 6-bit characters, the inverse of :func:`encode`; shape (n,).
 
     Raises
@@ -116,5 +116,5 @@ def parse_information(line: bytes) -> tuple[str, str]:
     return key.decode('ascii', 'replace'), value.decode('ascii', 'replace')
 
 
-def _shifts(characters: int) -> NDArray[np.int64]:
+def _shifts(characters: int) -> Integers:
     return 6 * np.arange(characters - 1, -1, -1, dtype=np.int64)

@@ -10,9 +10,9 @@ from nodlidar_assembler.bags.bag_source import messages_of
 from nodlidar_assembler.bags.bag_topics import BagError
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.inputs.scan_input import RefusedScanError, ScanInput
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S, time_ns
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 
 TOPICS = ('arrival', 'scan', 'points', 'diagnostics')
@@ -36,11 +36,11 @@ class Delivery:
         and N_s, shape (n, 3).
     """
 
-    latency: NDArray[np.float64]
+    latency: Array
     dropped: Counter[str]
     clouds: int
     points: int
-    nods: NDArray[np.float64]
+    nods: Array
 
 
 def read_delivery(bag: Path, others: AssemblerConfig | None = None) -> Delivery:
@@ -87,7 +87,7 @@ def read_delivery(bag: Path, others: AssemblerConfig | None = None) -> Delivery:
     )
 
 
-def read_nods(bag: Path) -> NDArray[np.float64]:
+def read_nods(bag: Path) -> Array:
     """Return the commanded nods in a bag, by the definition in it; see Delivery."""
     nods: list[tuple[float, float, float]] = []
     with AnyReader([bag]) as reader:
@@ -111,7 +111,7 @@ def _drops_of(status: Any) -> Counter[str]:
     return +Counter({key.removeprefix('dropped: '): int(n) for key, n in found.items()})
 
 
-def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> NDArray[np.float64]:
+def _latency(arrivals: dict[int, int], clouds: list[tuple[int, int]]) -> Array:
     """Pair each cloud with the last scan whose first beam is not after its first point."""
     scans = np.array(sorted(arrivals), dtype=np.int64)
     stamps, published = np.array(clouds, dtype=np.int64).reshape(-1, 2).T

@@ -7,6 +7,7 @@ from nodlidar_assembler.bags.sensor_log import assemble_log, SensorLog
 from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixelConfig
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig
 from nodlidar_assembler.clouds.points import place, Points
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.pose import Pose
 from nodlidar_common.stamps import NS_PER_S
@@ -14,7 +15,6 @@ from nodlidar_sim.world.lidar import Lidar
 from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.world import World
 import numpy as np
-from numpy.typing import NDArray
 
 FAR = 3.0
 """Longest range [m] of the beams that count: the error by a wrong pitch grows with the range."""
@@ -54,11 +54,11 @@ class RecordedMotion:
 
     log: SensorLog
 
-    def position(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    def position(self, times_ns: Times) -> Array:
         """Return the pitch [rad] at times [ns]."""
         return np.interp(times_ns, self.log.sample_ns, self.log.sample_pitch)
 
-    def velocity(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    def velocity(self, times_ns: Times) -> Array:
         """Return the angular velocity [rad/s] at times [ns]."""
         rates = np.diff(self.log.sample_pitch) / np.diff(self.log.sample_ns) * NS_PER_S
         after = np.searchsorted(self.log.sample_ns[1:-1], times_ns, side='right')
@@ -98,9 +98,7 @@ def lidar_rms(
     return math.sqrt(squares / max(count, 1))
 
 
-def moved_surface_rms(
-    xyz: NDArray[np.float64], times_ns: NDArray[np.int64], world: World
-) -> float:
+def moved_surface_rms(xyz: Array, times_ns: Times, world: World) -> float:
     """Return the RMS distance of points (n, 3) in the frame of odometry to the true surfaces [m].
 
     That frame is base_link where the base starts.

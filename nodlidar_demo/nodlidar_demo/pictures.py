@@ -8,11 +8,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
+from nodlidar_common.arrays import Array
 from nodlidar_common.whole_file import whole_file
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 BACKGROUND = '#16181c'
 # Neither end of the colours is as dark as the background.

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.ldrobot import ROTATION_RATE
 from nodlidar_driver.base.diagnosis import LidarDiagnosis
@@ -102,7 +103,7 @@ class Probe:
     clock: ClockQuality
     uneven: float | None
     warnings: Sequence[str]
-    azimuths: NDArray[np.float64]
+    azimuths: Array
     ranges: NDArray[np.float32]
 
     def numbers(self) -> dict[str, Any]:
@@ -183,7 +184,7 @@ def _read(
     return scans, tuple(diagnosis.next_report(scans[-1].arrival_ns).warnings)
 
 
-def residual(stamps_ns: NDArray[np.int64], revolution: float) -> float:
+def residual(stamps_ns: Times, revolution: float) -> float:
     """Return the RMS deviation of stamps from evenly spaced revolutions [s].
 
     Parameters

@@ -1,7 +1,7 @@
 """A scan from above, drawn with characters."""
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
 ACROSS, DOWN = 2, 4  # dots of a braille character
 _BLANK = 0x2800
@@ -12,7 +12,7 @@ _LEAST_SCALE = 0.01  # m
 
 
 def picture(
-    points: NDArray[np.float64], columns: int, rows: int, braille: bool = True
+    points: Array, columns: int, rows: int, braille: bool = True
 ) -> tuple[list[str], float]:
     """Return the lines of a picture of points, and the height of a line [m].
 
@@ -48,7 +48,7 @@ def _character(cell: int, braille: bool) -> str:
     return ' ' if not cell else chr(_BLANK + cell) if braille else '*'
 
 
-def _scale(points: NDArray[np.float64], columns: int, rows: int) -> float:
+def _scale(points: Array, columns: int, rows: int) -> float:
     """Return the height of a line [m] at which nearly all points fit."""
     if not len(points):
         return 1.0

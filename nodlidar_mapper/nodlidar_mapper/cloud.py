@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from nodlidar_mapper.geometry.poses import Array, inverse
+from nodlidar_common.arrays import Array
+from nodlidar_mapper.geometry.poses import inverse
 import numpy as np
 
 

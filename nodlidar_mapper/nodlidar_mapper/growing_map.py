@@ -6,8 +6,9 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 
+from nodlidar_common.arrays import Array
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import Array, carried, inverse, turning
+from nodlidar_mapper.geometry.poses import carried, inverse, turning
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface, surface_of
 from nodlidar_mapper.graph.keyframe import Keyframe, surface_of_map

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from nodlidar_common.arrays import Array
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.graph.keyframe import Estimate
 from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.mapper import Mapper

@@ -6,11 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import ParameterError
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import MapConfig
 from nodlidar_mapper.geometry.linear import inverted
-from nodlidar_mapper.geometry.poses import Array, carried, inverse, lever, moved
+from nodlidar_mapper.geometry.poses import carried, inverse, lever, moved
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
 from nodlidar_mapper.graph.map_snapshot import MapSnapshot

@@ -5,10 +5,11 @@ from collections.abc import Iterable
 from nodlidar_assembler.bags.sensor_log import SensorLog
 from nodlidar_assembler.clouds.ego_motion import OdometryConfig
 from nodlidar_assembler.clouds.points import Points
+from nodlidar_common.arrays import Array
 from nodlidar_common.silence import LEAST_SILENCE
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_mapper.cloud import Cloud
-from nodlidar_mapper.geometry.poses import Array, matrix_from
+from nodlidar_mapper.geometry.poses import matrix_from
 from nodlidar_mapper.graph.keyframe import Estimate
 from nodlidar_mapper.mapper import Mapper
 import numpy as np

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 import math
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_common.stamps import NS_PER_S
@@ -19,10 +20,6 @@ from nodlidar_sim.world.scene import Scene
 from nodlidar_sim.world.sensor_model import instants, SensorModel
 from nodlidar_sim.world.world import World
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 _SCANS_AT_ONCE = 24  # the arrays of one ray cast then fit the cache
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.pose import Pose
 from nodlidar_viewer.colours import HeightColours, of_age
 from nodlidar_viewer.recent_points import Chunk
@@ -15,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from viser import MeshHandle, PointCloudHandle, SceneApi, SceneNodeHandle
 
-Array = NDArray[np.float64]
 Points = NDArray[np.float32]
 
 POINT_SIZE = 0.015  # m

@@ -5,10 +5,10 @@ import math
 from typing import Any
 
 from nodlidar_assembler.bags.bag_topics import BagError
+from nodlidar_common.arrays import Array
 from nodlidar_common.pose import Pose
 from nodlidar_common.transforms import LENGTH_TOLERANCE
 import numpy as np
-from numpy.typing import NDArray
 
 # Parent, and pose in it, of each frame that does not move in its parent.
 Fixed = dict[str, tuple[str, Pose]]
@@ -43,7 +43,7 @@ def fixed_pose(transform: Any) -> Pose:
     return Pose.from_quaternion(position, orientation)
 
 
-def numbers(transform: Any) -> NDArray[np.float64]:
+def numbers(transform: Any) -> Array:
     """Return a Transform message's x y z [m] and quaternion x y z w, shape (7,)."""
     p, q = transform.translation, transform.rotation
     return np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])

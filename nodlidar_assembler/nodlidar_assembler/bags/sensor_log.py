@@ -9,9 +9,9 @@ from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Pipeline, PipelineConfig, Scan
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.scan_assembler import Outcome
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import ScanError
 import numpy as np
-from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +33,8 @@ class SensorLog:
     """
 
     scans: Sequence[Scan]
-    sample_ns: NDArray[np.int64]
-    sample_pitch: NDArray[np.float64]
+    sample_ns: Times
+    sample_pitch: Array
     odometry: Odometry | None = None
     drops: Counter[str] = field(default_factory=Counter)
     damage: Sequence[str] = ()

@@ -14,13 +14,11 @@ from nodlidar_assembler.clouds.mixed_pixels import find_mixed_pixels, MixedPixel
 from nodlidar_assembler.clouds.pitch import PitchError
 from nodlidar_assembler.clouds.pitch_estimator import EstimatorConfig, PitchEstimator
 from nodlidar_assembler.clouds.points import nod_in_place
+from nodlidar_common.arrays import Array, Integers, Mask
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 from transforms3d.euler import euler2mat
-
-Array = NDArray[np.float64]
 
 GRID_NS = 1_000_000  # 200 rad/s2 bend a chord of 1 ms by 25 microrad
 _WINDOW = 100  # steps of the grid that are smoothed together
@@ -152,7 +150,7 @@ class MeasuredBeams:
     time: Array
     azimuth: Array
     ranges: Array
-    scan: NDArray[np.int64]
+    scan: Integers
     track: JointTrack
 
     def __len__(self) -> int:
@@ -186,7 +184,7 @@ class MeasuredBeams:
         time, azimuth, ranges, scan_number = np.concatenate(parts, axis=1).astype(np.float64)
         return cls(time, azimuth, ranges, scan_number.astype(np.int64), track)
 
-    def __getitem__(self, which: NDArray[np.bool_] | slice) -> 'MeasuredBeams':
+    def __getitem__(self, which: Mask | slice) -> 'MeasuredBeams':
         time, azimuth, ranges = self.time[which], self.azimuth[which], self.ranges[which]
         return MeasuredBeams(time, azimuth, ranges, self.scan[which], self.track)
 

@@ -18,10 +18,8 @@ from nodlidar_assembler.calibration.beam_model import (
 from nodlidar_assembler.calibration.level import Level
 from nodlidar_assembler.calibration.plane_search import Cells, find_planes, Gate
 from nodlidar_assembler.calibration.plane_system import bent_ends, PlaneSystem, Solution
+from nodlidar_common.arrays import Array, Mask
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 NAMES = ('delay', 'zero', 'roll', 'yaw', 'x', 'z')
 OPTIONAL = ('elevation', 'offset')  # if asked for: they make the others less certain
@@ -135,7 +133,7 @@ def calibrate(
     )
 
 
-def _within_joint_states(beams: MeasuredBeams, start: Values) -> NDArray[np.bool_]:
+def _within_joint_states(beams: MeasuredBeams, start: Values) -> Mask:
     """Return whether the pitch of each beam is known, with any delay that may come out."""
     known = np.ones(len(beams), dtype=np.bool_)
     for other in (-_LARGEST_DELAY, 0.0, _LARGEST_DELAY):

@@ -3,10 +3,8 @@
 from dataclasses import dataclass, replace
 import math
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 # At first and in the end [rad]:
 OFF_LEVEL = 0.1, 0.03  # a plane farther off is neither a floor nor a wall,

@@ -1,10 +1,8 @@
 """The noise of residuals, learned from them."""
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
-
-Array = NDArray[np.float64]
 
 _LEAST = 1e-6  # variance [m^2]
 

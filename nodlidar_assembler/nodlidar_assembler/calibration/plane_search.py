@@ -4,11 +4,10 @@ from dataclasses import dataclass
 import math
 
 from nodlidar_assembler.calibration.beam_model import Ends
+from nodlidar_common.arrays import Array, Integers, Mask
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Labels = NDArray[np.int64]
+Labels = Integers
 
 CELL = 0.3  # edge of the cubes in which a surface is taken for flat [m]
 EDGE = 0.05  # beams that end this much closer than the gate to another plane do not count [m],
@@ -165,7 +164,7 @@ def _kept(planes: list[Plane], labels: Labels) -> tuple[list[Plane], Labels]:
     return [planes[k] for k in kept], renamed[labels + 1]
 
 
-def _grown(cells: Cells, seed: int, free: NDArray[np.bool_], gate: Gate) -> Labels | None:
+def _grown(cells: Cells, seed: int, free: Mask, gate: Gate) -> Labels | None:
     """Return the cubes of the plane that grows from a seed; None if it shrinks to nothing."""
     center = cells.mean[seed]
     plane = Plane(cells.axes[seed, :, 0], float(cells.axes[seed, :, 0] @ center))

@@ -20,10 +20,8 @@ from nodlidar_assembler.calibration.noise import noise_variance
 from nodlidar_assembler.calibration.plane_search import Labels, PATCH, patches, Plane
 from nodlidar_assembler.calibration.relief import Relief
 from nodlidar_assembler.calibration.robust_covariance import inverse_of, spread_of, standard_errors
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 # Standard deviation of each value before any measurement [s], [rad], [m].
 BEFORE = {

@@ -9,11 +9,9 @@ the calibration bends what it can to that. Patches that are far off do not count
 from dataclasses import dataclass
 
 from nodlidar_assembler.calibration.plane_search import Labels
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
-
-Array = NDArray[np.float64]
 
 FLAT = 1e-3  # spread of the patches of a flat surface [m]
 REDESCENDING = 2.0  # standard deviations; Tukey's biweight ignores patches that are farther off

@@ -4,11 +4,9 @@ Liang, Zeger, "Longitudinal data analysis using generalized linear models", Biom
 """
 
 from nodlidar_assembler.calibration.plane_search import Labels
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
-
-Array = NDArray[np.float64]
 
 
 def spread_of(scores: Array, group: Labels) -> Array:

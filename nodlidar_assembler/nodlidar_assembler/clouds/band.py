@@ -3,13 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

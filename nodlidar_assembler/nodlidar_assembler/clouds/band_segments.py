@@ -9,10 +9,9 @@ from nodlidar_assembler.clouds.deskew import as_of
 from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.pipeline import Assembled
 from nodlidar_assembler.clouds.points import nod_in_place, place
+from nodlidar_common.arrays import Array, Mask, Times
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 _LEAST_RISE = 1e-9  # m
 
@@ -33,10 +32,10 @@ class Segments:
         Of the level frame in that of odometry, shape (n,); None if the robot stands.
     """
 
-    time_ns: NDArray[np.int64]
+    time_ns: Times
     begin: Array
     end: Array
-    hit: NDArray[np.bool_]
+    hit: Mask
     poses: Poses | None
 
     def __getitem__(self, chosen: slice | NDArray[np.intp]) -> Segments:

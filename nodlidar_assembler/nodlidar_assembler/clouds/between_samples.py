@@ -9,10 +9,8 @@ Values of n samples and between these are at PHASES places per sample, (n - 1) P
 
 from functools import lru_cache
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 LAGS = 8  # samples on either side that count
 PHASES = 4

@@ -5,9 +5,8 @@ from dataclasses import replace
 from nodlidar_assembler.clouds.ego_motion import Poses, rotated, rotated_back
 from nodlidar_assembler.clouds.point_layout import xyz_in
 from nodlidar_assembler.clouds.points import Points
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
-import numpy as np
-from numpy.typing import NDArray
 
 DESKEW_INSTANTS = {'last': -1, 'first': 0}
 
@@ -34,7 +33,7 @@ def deskewed(points: Points, instant: str = 'last') -> Points:
     return replace(points, data=data, poses=None, stamp_ns=stamp_ns)
 
 
-def as_of(xyz: NDArray[np.float64], poses: Poses, k: int = -1) -> NDArray[np.float64]:
+def as_of(xyz: Array, poses: Poses, k: int = -1) -> Array:
     """Return points (n, 3) [m], each in the frame of its own pose, in the frame of pose k.
 
     A point p, seen from the pose (R, t) in the frame of odometry, is at R_0^T (R p + t - t_0) in

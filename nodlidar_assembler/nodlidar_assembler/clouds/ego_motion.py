@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.odometry_steps import dots, lengths, Steps
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import ScanError
 from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
@@ -13,9 +14,6 @@ from nodlidar_common.transforms import LENGTH_TOLERANCE
 import numpy as np
 from numpy.typing import NDArray
 from transforms3d.quaternions import mat2quat
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 _OVER_LIMIT = (
     'odometry more than {} s apart',

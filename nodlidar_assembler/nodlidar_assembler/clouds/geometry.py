@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 import math
 
+from nodlidar_common.arrays import Array, Mask, Times
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_common.pose import Pose
@@ -106,7 +107,7 @@ class ScanGeometry:
         if not self.range_min <= self.range_max:
             raise ParameterError('range_max', 'at least range_min', self.range_max)
 
-    def measured(self, ranges: NDArray[np.float32]) -> NDArray[np.bool_]:
+    def measured(self, ranges: NDArray[np.float32]) -> Mask:
         """Return which ranges [m] are measurements, by REP 117, shape (n,)."""
         return (ranges >= self.range_min) & (ranges <= min(self.range_max, _LARGEST))
 
@@ -143,10 +144,10 @@ class Beams:
     geometry: ScanGeometry
     laser_pose: Pose
     elevation: float = 0.0
-    azimuth: NDArray[np.float64] = field(init=False)
-    direction: NDArray[np.float64] = field(init=False)
-    offset: NDArray[np.float64] = field(init=False)
-    offset_ns: NDArray[np.int64] = field(init=False)
+    azimuth: Array = field(init=False)
+    direction: Array = field(init=False)
+    offset: Array = field(init=False)
+    offset_ns: Times = field(init=False)
 
     def __post_init__(self) -> None:
         index = np.arange(self.geometry.beams)
@@ -159,7 +160,7 @@ class Beams:
         object.__setattr__(self, 'offset_ns', np.rint(offset * NS_PER_S).astype(np.int64))
 
 
-def directions(azimuth: NDArray[np.float64], elevation: float) -> NDArray[np.float64]:
+def directions(azimuth: Array, elevation: float) -> Array:
     """Return unit vectors (3, n) at azimuths (n,) that rise out of the xy plane by an angle."""
     level = math.cos(elevation)
     rise = np.full_like(azimuth, math.sin(elevation))

@@ -4,10 +4,10 @@ from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 
 SPAN_NS = 10 * NS_PER_S  # the longest deadline
 MOST_SAMPLES = 20_000  # 10 s at 2 kHz; stamps may be arbitrarily close
@@ -16,8 +16,8 @@ MOST_SAMPLES = 20_000  # 10 s at 2 kHz; stamps may be arbitrarily close
 class JointSamples(NamedTuple):
     """Stamps [ns], ascending, and positions [rad], both of shape (n,)."""
 
-    time_ns: NDArray[np.int64]
-    pitch: NDArray[np.float64]
+    time_ns: Times
+    pitch: Array
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,11 @@ import math
 from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.clouds.geometry import LaserPoseConfig
 from nodlidar_assembler.clouds.point_sigma import SigmaConfig
+from nodlidar_common.arrays import Array, Mask
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 LEVEL_SCANS = ('off', 'sweep', 'scan')
 # Hits this many standard deviations behind the nearest of an azimuth are of the same surface, and
@@ -90,9 +89,7 @@ class LevelScanConfig(LaserPoseConfig, BandConfig, SigmaConfig):
         return self.level_scan_angle > math.pi - 1e-6
 
 
-def ranges_of(
-    begin: Array, end: Array, hit: NDArray[np.bool_], config: LevelScanConfig
-) -> NDArray[np.float32]:
+def ranges_of(begin: Array, end: Array, hit: Mask, config: LevelScanConfig) -> NDArray[np.float32]:
     """Return the ranges of a level scan [m], shape (level_scan_beams,).
 
     Parameters
@@ -142,9 +139,7 @@ def _crossings(begin: Array, end: Array, radius: float) -> Array:
     return np.asarray(begin + share[:, None] * way)
 
 
-def _bins(
-    points: Array, config: LevelScanConfig, turn: float
-) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+def _bins(points: Array, config: LevelScanConfig, turn: float) -> tuple[NDArray[np.intp], Mask]:
     """Return the number of each point's azimuth, turned, and whether it is of the level scan."""
     azimuth = np.arctan2(points[:, 1], points[:, 0]) + turn
     bins = np.rint((azimuth + config.level_scan_angle) / config.increment).astype(np.intp)

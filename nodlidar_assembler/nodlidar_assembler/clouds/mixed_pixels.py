@@ -5,6 +5,7 @@ import math
 from typing import Any
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_common.arrays import Mask
 from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ class MixedPixelConfig:
 
 def find_mixed_pixels(
     ranges: NDArray[np.float32], geometry: ScanGeometry, config: MixedPixelConfig
-) -> NDArray[np.bool_]:
+) -> Mask:
     """Return which beams of a scan are mixed pixels, or just behind an edge, shape (n,).
 
     Neighbours at the ranges n < f, an angle d apart, are connected within the angle a of the beam
@@ -70,7 +71,7 @@ def _continues(
     beam: NDArray[np.intp],
     side: NDArray[np.intp],
     apart: float,
-) -> NDArray[np.bool_]:
+) -> Mask:
     """Return which beams continue the line of the three on one side of each (-1, 1), shape (m,).
 
     On a line, 1 / r(i) + 1 / r(i - 2) = 2 cos d / r(i - 1). A beam is on it if that is right to a

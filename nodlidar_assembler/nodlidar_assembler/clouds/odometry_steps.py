@@ -4,12 +4,10 @@ Between unit quaternions q0 and q1 whose half turn is h, SLERP (Shoemake 1985) i
 q(u) = cos(u h) q0 + sin(u h) p with p = (q1 - cos(h) q0) / sin(h), orthogonal to q0.
 """
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 # Replaces smaller half turns [rad], whose sine equals the angle to the last bit: avoids 0 / 0.
 LEAST_HALF_TURN = 1e-9

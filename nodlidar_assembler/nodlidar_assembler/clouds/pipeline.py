@@ -13,6 +13,7 @@ from nodlidar_assembler.clouds.points import place, Placed, Points, points_of
 from nodlidar_assembler.clouds.repeats import RepeatCheck
 from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_assembler.clouds.sweeps import SweepGatherer
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.parameters import parameter
 from nodlidar_common.silence import Silence
 from nodlidar_common.stamps import NS_PER_S
@@ -107,7 +108,7 @@ class Assembled:
 
     scan: Scan
     beams: Beams
-    pitch: NDArray[np.float64]
+    pitch: Array
     placed: Placed
     points: Points
     clouds: list[Points]
@@ -166,8 +167,8 @@ class Pipeline:
     def add_scan(
         self,
         scan: Scan,
-        sample_ns: NDArray[np.int64],
-        sample_pitch: NDArray[np.float64],
+        sample_ns: Times,
+        sample_pitch: Array,
         odometry: Odometry | None = None,
         jumped: bool = False,
     ) -> Assembled:
@@ -231,9 +232,7 @@ class Pipeline:
             return points_of(*given, poses, self._moved_point)
         return replace(points_of(*given, point=DESKEWED_POINT), poses=poses.take(placed.indices))
 
-    def _with_sigma(
-        self, placed: Placed, scan: Scan, beams: Beams, pitch: NDArray[np.float64]
-    ) -> Placed:
+    def _with_sigma(self, placed: Placed, scan: Scan, beams: Beams, pitch: Array) -> Placed:
         """Return end points with their expected errors, if these are wanted."""
         if not self._config.sigma_field:
             return placed

@@ -5,10 +5,10 @@ by the linearly interpolated angle (Shoemake 1985: ``q(u) = q0 (q0^-1 q1)^u``, a
 rotation scales its angle), so interpolating the angle is SLERP exactly, without trigonometry.
 """
 
+from nodlidar_common.arrays import Array, Integers, Times
 from nodlidar_common.errors import NodlidarError, ScanError
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 
 # Largest position of a joint sample [rad]; beyond it, or not finite, it is ignored.
 LARGEST = 1e6
@@ -26,9 +26,7 @@ class SplineError(NodlidarError):
     """The joint samples do not determine a spline."""
 
 
-def ordered_samples(
-    time_ns: NDArray[np.int64], pitch: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def ordered_samples(time_ns: Times, pitch: Array) -> tuple[Integers, Array]:
     """Return the samples up to LARGEST in ascending time; of equal stamps, the first one.
 
     Parameters
@@ -48,11 +46,11 @@ def ordered_samples(
 def beam_pitch(
     estimator: str,
     start_ns: int,
-    offset: NDArray[np.float64],
-    sample_ns: NDArray[np.int64],
-    sample_pitch: NDArray[np.float64],
+    offset: Array,
+    sample_ns: Times,
+    sample_pitch: Array,
     max_gap: float,
-) -> NDArray[np.float64]:
+) -> Array:
     """Return the pitch of each beam [rad], shape (n,).
 
     Parameters
@@ -89,20 +87,18 @@ def beam_pitch(
 
 
 def _nearest(
-    offset: NDArray[np.float64],
-    sample_time: NDArray[np.float64],
-    sample_pitch: NDArray[np.float64],
+    offset: Array,
+    sample_time: Array,
+    sample_pitch: Array,
     max_gap: float,
-) -> NDArray[np.float64]:
+) -> Array:
     nearest = int(np.argmin(np.abs(sample_time)))
     if abs(sample_time[nearest]) > max_gap:
         raise PitchError(f'no joint sample within {max_gap} s')
     return np.full(len(offset), sample_pitch[nearest])
 
 
-def _require_bracket(
-    offset: NDArray[np.float64], sample_time: NDArray[np.float64], max_gap: float
-) -> None:
+def _require_bracket(offset: Array, sample_time: Array, max_gap: float) -> None:
     if sample_time[0] > 0.0:
         raise PitchError('no joint sample before the first beam')
     if sample_time[-1] < offset[-1] - 1.0 / NS_PER_S:  # stamps are rounded
@@ -113,7 +109,7 @@ def _require_bracket(
         raise PitchError(f'joint samples more than {max_gap} s apart')
 
 
-def require_no_jump(sample_ns: NDArray[np.int64], sample_pitch: NDArray[np.float64]) -> None:
+def require_no_jump(sample_ns: Times, sample_pitch: Array) -> None:
     """Raise PitchError if the joint leaps from sample to sample, as where a count wraps.
 
     Parameters

@@ -12,10 +12,9 @@ from nodlidar_assembler.clouds.pitch import (
     SplineError,
 )
 from nodlidar_assembler.clouds.recent_samples import RecentSamples
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import NS_PER_S
-import numpy as np
-from numpy.typing import NDArray
 
 ESTIMATORS = ('nearest', 'ends', 'slerp', 'trajectory')
 SMOOTHING_MARGIN = 0.15  # with less, reversals are less exact [s]
@@ -72,10 +71,10 @@ class PitchEstimator:
     def pitch(
         self,
         start_ns: int,
-        offset: NDArray[np.float64],
-        sample_ns: NDArray[np.int64],
-        sample_pitch: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
+        offset: Array,
+        sample_ns: Times,
+        sample_pitch: Array,
+    ) -> Array:
         """Return the pitch of each beam [rad], shape (n,).
 
         Parameters

@@ -12,13 +12,10 @@ from nodlidar_assembler.clouds.between_samples import aliases, at, LAGS
 from nodlidar_assembler.clouds.spline_fit import fit, KNOT, KNOT_NS, ROUGHNESS, Splines, value
 from nodlidar_assembler.clouds.unfitted_motion import UnfittedMotion, usual_part
 from nodlidar_assembler.clouds.white_noise import WhiteNoise
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 BEFORE_NS = 60_000_000  # time before a scan from which samples are used
 PAUSE_NS = 200_000_000  # between samples, beyond which those of a scan do not reach,

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from nodlidar_common.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 
@@ -47,7 +48,7 @@ def fields(point: np.dtype[np.void]) -> list[tuple[str, int, int, int]]:
     ]
 
 
-def xyz_in(data: NDArray[np.void]) -> NDArray[np.float64]:
+def xyz_in(data: NDArray[np.void]) -> Array:
     """Return the coordinates of points of any type [m], shape (n, 3)."""
     return np.stack([data[axis] for axis in 'xyz'], axis=1, dtype=np.float64)
 

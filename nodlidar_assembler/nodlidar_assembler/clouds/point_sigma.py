@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.geometry import Beams
+from nodlidar_common.arrays import Array
 from nodlidar_common.parameters import parameter
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 # Beams on either side over which the speed of the nod is taken: an eighth of the scan, as the
 # pitch by `nearest` is a staircase.

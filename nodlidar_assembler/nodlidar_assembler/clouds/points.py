@@ -6,6 +6,7 @@ from nodlidar_assembler.clouds.ego_motion import Poses
 from nodlidar_assembler.clouds.geometry import Beams
 from nodlidar_assembler.clouds.origins import OF_ODOMETRY, Origin, origin_near
 from nodlidar_assembler.clouds.point_layout import MOVED_POINT, POINT, WITH_SIGMA, xyz_in
+from nodlidar_common.arrays import Array, Times
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,7 +31,7 @@ class Points:
         Instant of the cloud [ns]; by default that of the first point.
     """
 
-    time_ns: NDArray[np.int64]
+    time_ns: Times
     data: NDArray[np.void]
     origin: Origin = OF_ODOMETRY
     poses: Poses | None = None
@@ -45,7 +46,7 @@ class Points:
         return Points(self.time_ns[chosen], self.data[chosen], self.origin, poses)
 
     @property
-    def xyz(self) -> NDArray[np.float64]:
+    def xyz(self) -> Array:
         """Coordinates from the origin of the frame itself [m], shape (n, 3)."""
         return np.asarray(xyz_in(self.data) + self.origin)
 
@@ -74,11 +75,11 @@ class Placed:
     """
 
     indices: NDArray[np.intp]
-    xyz: NDArray[np.float64]
-    sigma: NDArray[np.float64] | None = None
+    xyz: Array
+    sigma: Array | None = None
 
 
-def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64]) -> Placed:
+def place(beams: Beams, ranges: NDArray[np.float32], pitch: Array) -> Placed:
     """Return the end points of a scan's beams in nodlidar_base_link.
 
     A beam ends at ``direction * r + laser_pose.position`` in the nodding frame, which the nod
@@ -101,7 +102,7 @@ def place(beams: Beams, ranges: NDArray[np.float32], pitch: NDArray[np.float64])
     return Placed(valid, nod_in_place(xyz, pitch.take(valid)))
 
 
-def nod_in_place(xyz: NDArray[np.float64], pitch: NDArray[np.float64]) -> NDArray[np.float64]:
+def nod_in_place(xyz: Array, pitch: Array) -> Array:
     """Turn points of the nodding frame by the nod, in place; return them in nodlidar_base_link.
 
     A pitch phi (positive up) turns about -y, to ``x cos(phi) - z sin(phi)``, ``y``,

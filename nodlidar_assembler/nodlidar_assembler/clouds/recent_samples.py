@@ -1,11 +1,8 @@
 """The last joint samples, which show where others are missing at a reversal."""
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 # Height of a reversal that missing samples may cut off [rad].
 MOST_CUT = 0.015

@@ -1,6 +1,7 @@
 """Scans that repeat the ranges of the one before, as of a driver that hangs but still sends."""
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import ScanError
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +31,7 @@ class RepeatCheck:
         self._ranges, self._pitch = b'', np.empty(0)
         self._latest, self._same = self._pitch, 0  # pitch that does not change, for so many scans
 
-    def check(
-        self, geometry: ScanGeometry, ranges: NDArray[np.float32], pitch: NDArray[np.float64]
-    ) -> None:
+    def check(self, geometry: ScanGeometry, ranges: NDArray[np.float32], pitch: Array) -> None:
         """Raise RepeatedScanError for ranges (n,) of before, if the pitch (n,) is not.
 
         The pitch is another if it differs by more than the angle between two beams.

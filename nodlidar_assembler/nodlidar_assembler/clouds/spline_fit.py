@@ -11,12 +11,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from nodlidar_assembler.clouds.pitch import SplineError
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtri
-
-Array = NDArray[np.float64]
 
 KNOT_NS = 10_000_000
 KNOT = KNOT_NS / NS_PER_S

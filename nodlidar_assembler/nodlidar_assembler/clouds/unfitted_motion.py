@@ -19,10 +19,8 @@ from nodlidar_assembler.clouds.between_samples import (
     WIDTHS,
 )
 from nodlidar_assembler.clouds.white_noise import cosines
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 MEMORY = 0.992  # weight of a sample, over that of the next one
 EVIDENT = 2.0  # a median square over the noise, which that of white noise seldom exceeds

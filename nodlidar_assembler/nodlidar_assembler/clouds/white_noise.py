@@ -1,11 +1,8 @@
 """The white noise of joint samples, apart from any motion."""
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 MEMORY = 0.998  # weight of a sample, over that of the next one
 LAGS = 32  # with fewer, a vibration spreads over the frequencies beside its own

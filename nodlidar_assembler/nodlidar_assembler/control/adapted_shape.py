@@ -11,6 +11,7 @@ import math
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.control.pitch_limits import limits_at, PitchLimits
+from nodlidar_common.arrays import Integers
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check
 from nodlidar_planner.choice.choice import quick_choice
@@ -18,7 +19,6 @@ from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.schedule import even_rows
 import numpy as np
-from numpy.typing import NDArray
 
 # Candidates lie between the planned N_s divided and multiplied by this.
 BAND = 1.25
@@ -30,7 +30,7 @@ CANDIDATES, SAMPLES = 32, 256_000
 MARGIN = 0.1
 
 
-def candidates(planned: int, fewest: int, steps_per_revolution: int) -> NDArray[np.int64]:
+def candidates(planned: int, fewest: int, steps_per_revolution: int) -> Integers:
     """Return the candidates, the nearest to the planned N_s first, shape (n,).
 
     All are coprime with N_L. None is below the fewest; if the planned N_s is, the fewest replaces

@@ -13,10 +13,10 @@ from nodlidar_assembler.control.pitch_limits import (
     PitchLimitsConfig,
     ranges_that_count,
 )
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.time_order import TIME_JUMP_NS
 import numpy as np
-from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class _Place:
     """Where the robot was: time [ns], and position in the frame of odometry [m], shape (3,)."""
 
     time_ns: int
-    position: NDArray[np.float64]
+    position: Array
 
 
 class AdaptiveLimits:
@@ -87,7 +87,7 @@ class AdaptiveLimits:
         self._now = now
         return self._forward(then, now, ahead)
 
-    def _forward(self, before: _Place, after: _Place, ahead: NDArray[np.float64]) -> float:
+    def _forward(self, before: _Place, after: _Place, ahead: Array) -> float:
         """Return the motion between places along a direction [m]; 0 if odometry jumps."""
         way = after.position - before.position
         longest = self._config.max_robot_speed * (after.time_ns - before.time_ns) / NS_PER_S

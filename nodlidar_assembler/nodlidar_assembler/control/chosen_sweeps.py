@@ -10,6 +10,7 @@ import math
 
 from nodlidar_assembler.clouds.geometry import ScanGeometry
 from nodlidar_assembler.inputs.revolutions import Revolutions
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_common.stamps import NS_PER_S
@@ -17,7 +18,6 @@ from nodlidar_planner.pattern.task import Task
 from nodlidar_planner.sweeps.feedback import Feedback
 from nodlidar_planner.sweeps.schedule import even_rows, Schedule
 import numpy as np
-from numpy.typing import NDArray
 
 # A choice needs this time [s]: to be computed, and to reach the servo before the reversal.
 LEAST_NOTICE = 0.04
@@ -92,9 +92,9 @@ class ChosenSweeps:
 
     def add_beams(
         self,
-        times_ns: NDArray[np.int64],
-        azimuth: NDArray[np.float64],
-        pitch: NDArray[np.float64],
+        times_ns: Times,
+        azimuth: Array,
+        pitch: Array,
     ) -> None:
         """Mark the cells that beams hit; without a schedule, also note how the servo lags.
 
@@ -121,7 +121,7 @@ class ChosenSweeps:
             self._feedback.forget()
             self._round_ns = end_ns
 
-    def _measure(self, times_ns: NDArray[np.int64], pitch: NDArray[np.float64]) -> None:
+    def _measure(self, times_ns: Times, pitch: Array) -> None:
         """Note the lag of the servo in the sweeps that the beams belong to.
 
         The pitch may be estimated so late that other sweeps were chosen meanwhile.

@@ -12,11 +12,10 @@ from nodlidar_assembler.control.lidar_view import LidarView
 from nodlidar_assembler.control.nod_shape import NodShape
 from nodlidar_assembler.control.phase_lock import PhaseLock
 from nodlidar_assembler.control.takeover import Takeover
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_planner.sweeps.schedule import even_rows, shortest_interlaced
-import numpy as np
-from numpy.typing import NDArray
 
 # Neighbouring interlaced sweeps overlap by this share of a row of the slowest N_s, for the error
 # of the servo.
@@ -179,9 +178,7 @@ class NodController:
             return self._takeover.approach
         return self._lock.nod
 
-    def add_beams(
-        self, stamp_ns: int, beams: Beams, pitch: NDArray[np.float64], now_ns: int
-    ) -> bool:
+    def add_beams(self, stamp_ns: int, beams: Beams, pitch: Array, now_ns: int) -> bool:
         """Mark the cells that the beams of a scan hit; return whether a sweep was chosen.
 
         Parameters

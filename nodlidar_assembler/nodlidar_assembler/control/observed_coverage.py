@@ -4,15 +4,11 @@ from collections import deque
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.arrays import Array, Integers, Mask, Times
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_planner.pattern.task import ON_THE_LINE, Task
 import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Times = NDArray[np.int64]
 
 # Most cells of the finest grid, four bytes each.
 MAX_FINEST_CELLS = 2**26
@@ -89,7 +85,7 @@ class ObservedCoverage:
         self._beams = 0
         self._last_ns: int | None = None
 
-    def add(self, times_ns: Times, azimuth: Floats, pitch: Floats) -> None:
+    def add(self, times_ns: Times, azimuth: Array, pitch: Array) -> None:
         """Add the beams of a scan, with or without a measurement; drop those that are too old.
 
         Beams outside the region do not count. The window ends with the last beam.
@@ -152,7 +148,7 @@ class ObservedCoverage:
             late = int(np.argmin(steps))
             raise ParameterError('times_ns', 'ascending, from scan to scan', int(times_ns[late]))
 
-    def _located(self, times_ns: Times, azimuth: Floats, pitch: Floats) -> Integers:
+    def _located(self, times_ns: Times, azimuth: Array, pitch: Array) -> Integers:
         """Return time [ns], cell and finest cell of the beams in the region, shape (3, n)."""
         task, n_s = self.task, self._samples_per_sweep
         step = task.step_at(azimuth)
@@ -197,7 +193,7 @@ class _CellCounts:
         self.occupied -= int(np.count_nonzero(self.counts[cells] == 0))
 
 
-def largest_square(free: NDArray[np.bool_], around: bool = False) -> int:
+def largest_square(free: Mask, around: bool = False) -> int:
     """Return the side of the largest square of cells that are all free.
 
     Parameters

@@ -17,13 +17,11 @@ import math
 
 from nodlidar_assembler.clouds.band import BandConfig
 from nodlidar_assembler.control.nod_config import NodConfig
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 WINDOW = 1.6  # s, over which the median of the scans is taken
 HYSTERESIS = 0.05  # share by which the range must have changed for the limits to follow
@@ -66,7 +64,7 @@ def limits_at(config: PitchLimitsConfig, distance: float) -> tuple[float, float]
     return low, min(low + least, config.pitch_max)
 
 
-def _pitch_of(elevation: float, levelled: Floats) -> float:
+def _pitch_of(elevation: float, levelled: Array) -> float:
     """Return the pitch at which the middle beam has an elevation, or is nearest to it [rad].
 
     The beam (cos phi, 0, sin phi) of a tilted mount rises by a cos(phi) + b sin(phi), which is
@@ -79,7 +77,7 @@ def _pitch_of(elevation: float, levelled: Floats) -> float:
     return min((math.remainder(each, math.tau) for each in found), key=abs)
 
 
-def ranges_that_count(config: PitchLimitsConfig, points: Floats) -> Floats:
+def ranges_that_count(config: PitchLimitsConfig, points: Array) -> Array:
     """Return the horizontal distances [m] of the points in the sector and in the band, shape (m,).
 
     Points below or above the band, as of floor and ceiling, do not bound the view. Otherwise
@@ -121,7 +119,7 @@ class PitchLimits:
         self._limits = config.pitch_min, config.pitch_max
         self._time_ns: int | None = None
 
-    def update(self, time_ns: int, ranges: Floats) -> None:
+    def update(self, time_ns: int, ranges: Array) -> None:
         """Add a scan.
 
         Parameters

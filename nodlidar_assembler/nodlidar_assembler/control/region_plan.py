@@ -5,6 +5,7 @@ import math
 
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.control.nod_shape import NodShape
+from nodlidar_common.arrays import Array
 from nodlidar_common.dynamics import check_pitch
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.rounding import rounded_up
@@ -15,7 +16,6 @@ from nodlidar_planner.pattern.task import no_less_than, size_of, Task, wrapped
 from nodlidar_planner.sweeps.schedule import even_rows
 from nodlidar_planner.sweeps.single_sweep import single_sweep
 import numpy as np
-from numpy.typing import NDArray
 
 LONGEST = 600.0
 """Longest time limit [s]."""
@@ -86,7 +86,7 @@ class RegionPlan:
 
     task: Task
     shape: NodShape
-    runs: NDArray[np.float64]
+    runs: Array
     time_limit: float
 
     @property

@@ -2,9 +2,9 @@
 
 import math
 
+from nodlidar_common.arrays import Integers
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 
 WINDOW = 300
 """Scans in the fit: half a minute at 10 Hz, which reduces a jitter of 0.3 ms to 0.04 ms."""
@@ -55,7 +55,7 @@ class Revolutions:
         self.count = 0
         self.restarts = 0
         self.scatter = math.inf
-        self._stamps: NDArray[np.int64] = _NO_STAMPS
+        self._stamps: Integers = _NO_STAMPS
         self._strays = self._unfitted = 0
         self.begin_ns = 0
         self._nominal_ns = self._period_ns = self._doubt_ns = 0.0

@@ -12,11 +12,9 @@ from nodlidar_assembler.plausibility.odometry_jitter import (
     WINDOW_NS,
 )
 from nodlidar_assembler.plausibility.point_error import DISTANCE, LEAST_ERROR
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 MOST_SAMPLES = 2000  # of WINDOW_NS
 LEAPS = 3  # one or two may be corrections

@@ -1,17 +1,15 @@
 """Odometry that is sent more often than it is measured."""
 
 from nodlidar_assembler.plausibility.point_error import DISTANCE, LEAST_ERROR
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 
 CHANGES = 10  # of the pose, by which it is judged
 MOVING_NS = NS_PER_S // 2  # from change to change; a robot that stands keeps its pose for longer
 
 
-def held_poses(
-    times_ns: NDArray[np.int64], position: NDArray[np.float64], orientation: NDArray[np.float64]
-) -> str:
+def held_poses(times_ns: Times, position: Array, orientation: Array) -> str:
     """Return how far points are off as poses are sent again, newly stamped, while it moves.
 
     Between two measurements the robot then seems to stand, and then to leap.

@@ -10,12 +10,9 @@ from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.ego_motion import Odometry, rotated
 from nodlidar_assembler.plausibility.point_error import DISTANCE, LEAST_ERROR
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 WINDOW_NS = 10 * NS_PER_S  # over which it is judged
 FEWEST_SAMPLES = 20

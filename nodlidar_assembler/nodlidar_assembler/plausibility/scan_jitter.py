@@ -3,9 +3,9 @@
 from collections import deque
 
 from nodlidar_assembler.plausibility.point_error import DISTANCE, LEAST_ERROR
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
 
 WINDOW = 100  # scans
 FEWEST = 30
@@ -59,7 +59,7 @@ class ScanJitter:
             f'are {error * 1e3:.0f} mm off: stamp each scan when its first beam is measured'
         )
 
-    def _period(self, steps: NDArray[np.float64]) -> float:
+    def _period(self, steps: Array) -> float:
         """Return the time [s] from scan to scan; where scans are missing it is a part of it."""
         nominal = self._nominal or float(np.percentile(steps, 10))
         single = steps[np.abs(steps - nominal) <= _OFF * nominal]

@@ -12,11 +12,10 @@ the scan, by s for each second after the first beam. In the other order, s is -2
 
 from nodlidar_assembler.clouds.geometry import Beams
 from nodlidar_assembler.clouds.pipeline import Assembled
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 WINDOW = 20.0  # in which a static scene is assumed [s]
 EVERY = 4  # beams

@@ -6,8 +6,8 @@ from pathlib import Path
 import time
 
 from nodlidar_bringup.checks.host import Host
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
 CPU_FREQUENCY = Path('/sys/devices/system/cpu/cpu0/cpufreq')
 _TIMEX_BYTES = 256  # struct timex of Linux has 208
@@ -65,7 +65,7 @@ def yardstick() -> float:
     return min(_time_of(angles) for _ in range(_RUNS))
 
 
-def _time_of(angles: NDArray[np.float64]) -> float:
+def _time_of(angles: Array) -> float:
     begin = time.perf_counter()
     for _ in range(4):
         cos, sin = np.cos(angles), np.sin(angles)

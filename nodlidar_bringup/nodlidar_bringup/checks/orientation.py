@@ -15,10 +15,9 @@ Which way is left, a cloud of a room at rest cannot show: that is left to the us
 from dataclasses import dataclass, field
 
 from nodlidar_assembler.clouds.points import nod_in_place
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 Lever = tuple[float, float, float]
 
 LEAST_POINTS = 2000

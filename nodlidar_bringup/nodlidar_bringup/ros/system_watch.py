@@ -10,11 +10,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nodlidar_bringup.checks.diagnostics import Status
 from nodlidar_bringup.checks.graph import Endpoint, Graph, SOURCES, Topic
 from nodlidar_bringup.checks.traffic import Content, HOST, SIMULATED, Traffic
+from nodlidar_common.arrays import Array, Mask
 from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_common.stamps import time_ns
 from nodlidar_msgs.msg import NodCommand
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -194,7 +194,7 @@ class SystemWatch:
         followed = bool(self._topic('nod_command').subscriptions)
         return Content(share, joint_name, frozenset(names), positions, self._namespace, followed)
 
-    def points(self, frame: str) -> NDArray[np.float64]:
+    def points(self, frame: str) -> Array:
         """Return the latest points in a frame, shape (n, 3)."""
         clouds, count = [], 0
         for *_, cloud in reversed(self._arrivals['points']):
@@ -224,7 +224,7 @@ def watched(arrivals: Sequence[int], end_ns: int, seconds: float) -> float:
     return max((end_ns - arrivals[0]) * 1e-9, LATEST_FIRST * seconds)
 
 
-def seen(scan: LaserScan) -> NDArray[np.bool_]:
+def seen(scan: LaserScan) -> Mask:
     """Return which beams have a range; a driver may send 0 for lost ones."""
     ranges = np.asarray(scan.ranges)
     return np.asarray((ranges >= scan.range_min) & (ranges <= scan.range_max))

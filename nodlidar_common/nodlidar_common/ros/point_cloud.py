@@ -1,14 +1,14 @@
 """The points in a PointCloud2 message."""
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs_py.point_cloud2 import read_points
 
 AXES, AGE = ('x', 'y', 'z'), 'age'
 
 
-def coordinates(message: PointCloud2) -> NDArray[np.float64]:
+def coordinates(message: PointCloud2) -> Array:
     """Return the coordinates of a cloud [m], shape (n, 3).
 
     Raises
@@ -19,7 +19,7 @@ def coordinates(message: PointCloud2) -> NDArray[np.float64]:
     return points_in(message)[0]
 
 
-def points_in(message: PointCloud2) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def points_in(message: PointCloud2) -> tuple[Array, Array | None]:
     """Return coordinates [m], shape (n, 3), and age of points at the stamp [s], shape (n,).
 
     The age is that of deskewed clouds, None in others.

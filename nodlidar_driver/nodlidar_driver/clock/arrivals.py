@@ -3,9 +3,9 @@
 from dataclasses import replace
 import math
 
+from nodlidar_common.arrays import Array
 from nodlidar_driver.clock.envelope import Line, lower_line
 import numpy as np
-from numpy.typing import NDArray
 
 WINDOW_MS = 30_000.0  # for this time the drift of a warming quartz is constant
 _LATE_MS, _LATE_SCATTERS = 2.0, 6.0  # scans later than the line by more are ignored
@@ -61,19 +61,19 @@ class Arrivals:
 
     def clear(self) -> None:
         """Forget all scans."""
-        self._taken_ms: NDArray[np.float64] = np.empty(0)
-        self._arrived_ms: NDArray[np.float64] = np.empty(0)
+        self._taken_ms: Array = np.empty(0)
+        self._arrived_ms: Array = np.empty(0)
         self._timely_ms = 0.0
         self._known = False
 
-    def begin(self, taken_ms: NDArray[np.float64], arrived_ms: NDArray[np.float64]) -> None:
+    def begin(self, taken_ms: Array, arrived_ms: Array) -> None:
         """Begin with some scans, shape (n,) each, whose scatter is then known."""
         self.clear()
         self._taken_ms, self._arrived_ms = taken_ms, arrived_ms
         self._timely_ms = float(arrived_ms[-1])
         self._fit(float(taken_ms[-1]))
 
-    def add(self, taken_ms: NDArray[np.float64], arrived_ms: float) -> None:
+    def add(self, taken_ms: Array, arrived_ms: float) -> None:
         """Add a scan and fit the line of the least delays again.
 
         Scans that waited for a busy host or in a slow connection do not affect the line, however
@@ -100,7 +100,7 @@ class Arrivals:
             self._fit(at_ms)
         self.late_ms = delay_ms - self.line.value
 
-    def skip(self, taken_ms: NDArray[np.float64]) -> None:
+    def skip(self, taken_ms: Array) -> None:
         """Add a scan of unknown arrival; `taken_ms` as for :meth:`add`."""
         if len(self):
             self.add(taken_ms, math.inf)
@@ -111,7 +111,7 @@ class Arrivals:
         self.line = lower_line(taken, arrived - taken, at_ms)
         self._known = bool(taken[-1] - taken[0] > _KNOWN_MS)
 
-    def _append(self, taken_ms: NDArray[np.float64], arrived_ms: float) -> None:
+    def _append(self, taken_ms: Array, arrived_ms: float) -> None:
         """Add an arrival, update when the scans were taken, and forget old ones."""
         self._arrived_ms = np.append(self._arrived_ms, arrived_ms)
         renewed = min(len(taken_ms), len(self._arrived_ms))

@@ -19,14 +19,13 @@ to be aligned again by time mode.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array
 from nodlidar_driver.clock.arrivals import Arrivals, WINDOW_MS
 from nodlidar_driver.clock.envelope import least
 from nodlidar_driver.clock.revolution import RevolutionTimes
 from nodlidar_driver.clock.stamp_check import StampCheck
 from nodlidar_driver.clock.time_mode import check_answers, ClockError, Replies, TimeReply
 from nodlidar_driver.clock.timer import unwrapped
-import numpy as np
-from numpy.typing import NDArray
 
 _NS_PER_MS = 1e6
 _CALIBRATION_MS = 0.9 * WINDOW_MS  # how long the latency is refined
@@ -179,7 +178,7 @@ class DeviceClock:
                 'another speed than it states: switch the lidar off and on'
             )
 
-    def _add_arrival(self, zeros_ms: NDArray[np.float64], arrived_ms: float) -> None:
+    def _add_arrival(self, zeros_ms: Array, arrived_ms: float) -> None:
         if self._arrivals.is_early(float(zeros_ms[-1]), arrived_ms):
             if self.synchronised and self._replies is None:
                 raise ClockError('scans arrive earlier than before: the former ones were late')
@@ -187,7 +186,7 @@ class DeviceClock:
         self._arrivals.add(zeros_ms, arrived_ms)
         self._calibrate(zeros_ms)
 
-    def _calibrate(self, zeros_ms: NDArray[np.float64]) -> None:
+    def _calibrate(self, zeros_ms: Array) -> None:
         """Refine the latency while the answers of time mode are recent.
 
         The lidar answers once in a revolution, so that the truncated fractions of the answers are

@@ -6,8 +6,8 @@ the information is in the least delayed messages, not in the mean.
 
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
 DRIFT_LIMIT = 500e-6  # steepest slope considered; quartz is ten times better
 _DRIFT_EXPECTED = 50e-6  # half of all quartzes are within this of each other
@@ -25,7 +25,7 @@ class Line:
     scatter: float  # mean height of the points above the line
 
 
-def lower_line(x: NDArray[np.float64], y: NDArray[np.float64], at: float) -> Line:
+def lower_line(x: Array, y: Array, at: float) -> Line:
     """Return the line above which points with one-sided (exponential) noise lie.
 
     For a given slope the likelihood depends only on the mean height of the points above the
@@ -41,13 +41,13 @@ def lower_line(x: NDArray[np.float64], y: NDArray[np.float64], at: float) -> Lin
     """
     along = x - at
     slope = _mean_slope(along, y, _COARSE)
-    finer: NDArray[np.float64] = np.clip(slope + _FINE, -DRIFT_LIMIT, DRIFT_LIMIT)
+    finer: Array = np.clip(slope + _FINE, -DRIFT_LIMIT, DRIFT_LIMIT)
     slope = _mean_slope(along, y, finer)
     heights = y - slope * along
     return Line(least(heights), slope, float(heights.mean() - heights.min()))
 
 
-def least(values: NDArray[np.float64]) -> float:
+def least(values: Array) -> float:
     """Return the lower bound of values with exponential noise, shape (n,), n >= 1.
 
     That is the least value less the expected least of n delays (the unbiased estimate of minimum
@@ -57,9 +57,7 @@ def least(values: NDArray[np.float64]) -> float:
     return lowest - (float(values.mean()) - lowest) / max(len(values) - 1, 1)
 
 
-def _mean_slope(
-    x: NDArray[np.float64], y: NDArray[np.float64], slopes: NDArray[np.float64]
-) -> float:
+def _mean_slope(x: Array, y: Array, slopes: Array) -> float:
     heights = y - slopes[:, None] * x
     scatter = heights.sum(axis=1) / len(x) - heights.min(axis=1)
     cost = len(x) * np.log(scatter + _RESOLUTION_MS) + np.log1p((slopes / _DRIFT_EXPECTED) ** 2)

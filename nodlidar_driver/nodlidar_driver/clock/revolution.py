@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array, Integers, Mask
 from nodlidar_driver.clock.arrivals import WINDOW_MS
 from nodlidar_driver.clock.stamp_check import IRREGULAR_MS, SPEED_RANGE
 import numpy as np
-from numpy.typing import NDArray
 
 _WANDER_MS = 0.05  # deviation of the motor from an even revolution that still fits
 _MANY = 256  # scans, from which on it saves time to leave out those that bound no line
@@ -21,9 +21,7 @@ class EvenTimes:
     period: float
 
 
-def fit_truncated(
-    revolutions: NDArray[np.int64], stamps: NDArray[np.int64], tolerance: float
-) -> EvenTimes | None:
+def fit_truncated(revolutions: Integers, stamps: Integers, tolerance: float) -> EvenTimes | None:
     """Fit evenly spaced instants to truncated stamps.
 
     The instant of each stamp s is in [s, s + 1). The lines that satisfy all stamps form a polygon
@@ -62,9 +60,7 @@ def fit_truncated(
     return EvenTimes(float(weights @ (earliest + latest)) / 2.0, float(weights @ periods[:, 0]))
 
 
-def _bounding(
-    revolutions: NDArray[np.int64], starts: NDArray[np.float64], widest: float
-) -> NDArray[np.bool_]:
+def _bounding(revolutions: Integers, starts: Array, widest: float) -> Mask:
     """Return which starts may be the first or the last one, with a period up to widest off.
 
     The others are farther within the starts of the scans beside them, by more than the period can
@@ -79,7 +75,7 @@ def _bounding(
     return np.asarray((starts <= low[group]) | (starts >= high[group]))
 
 
-def even_times(stamps: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+def even_times(stamps: Array, period: float) -> Array:
     """Return evenly spaced instants for truncated stamps.
 
     Like :func:`fit_truncated`, but with a known period. Stamps that are not even are returned
@@ -126,10 +122,10 @@ class RevolutionTimes:
         # fractions of a UST, whose revolutions take 25.004 ms, need 7 s to cover a millisecond.
         self._scans = round(WINDOW_MS / period_ms)
         # The last scans that fit one line.
-        self._revolutions: NDArray[np.int64] = np.empty(0, dtype=np.int64)
-        self._stamps: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+        self._revolutions: Integers = np.empty(0, dtype=np.int64)
+        self._stamps: Integers = np.empty(0, dtype=np.int64)
 
-    def add(self, stamp_ms: int) -> NDArray[np.float64]:
+    def add(self, stamp_ms: int) -> Array:
         """Add the next scan's stamp (without wraps, ascending).
 
         Returns
@@ -168,7 +164,7 @@ class RevolutionTimes:
             self.period_ms = period_ms
         self._revolutions, self._stamps = self._revolutions[:0], self._stamps[:0]
 
-    def _fit(self) -> NDArray[np.float64]:
+    def _fit(self) -> Array:
         """Fit a line to as many scans as possible; return times after the newest stamp [ms]."""
         while True:
             revolutions = self._revolutions - self._revolutions[-1]

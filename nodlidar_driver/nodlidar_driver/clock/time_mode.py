@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import DeviceError
 from nodlidar_driver.clock.envelope import least
 from nodlidar_driver.clock.revolution import even_times, RevolutionTimes
 from nodlidar_driver.clock.timer import unwrapped
 import numpy as np
-from numpy.typing import NDArray
 
 _NS_PER_MS = 1e6
 # One reply comes in each revolution. The least of n delays is their mean over n, on average.
@@ -63,8 +63,8 @@ class Replies:
     def __init__(self, replies: Sequence[TimeReply], revolution_ms: float) -> None:
         first = replies[0]
         times = [unwrapped(reply.device_ms, first.device_ms) for reply in replies]
-        self.times_ms: NDArray[np.float64] = np.array(times, dtype=np.float64)
-        self.arrivals_ms: NDArray[np.float64] = np.array(
+        self.times_ms: Array = np.array(times, dtype=np.float64)
+        self.arrivals_ms: Array = np.array(
             [(reply.arrival_ns - first.arrival_ns) / _NS_PER_MS for reply in replies]
         )
         self._keep_good_ones()
@@ -82,7 +82,7 @@ class Replies:
         """Host time less the device's time, for the least delay [ms]."""
         return least(self.delays())
 
-    def times(self, revolutions: RevolutionTimes | None = None) -> NDArray[np.float64]:
+    def times(self, revolutions: RevolutionTimes | None = None) -> Array:
         """Return the times of the answers on the device's clock [ms], finer than whole ms, (n,).
 
         Parameters
@@ -95,7 +95,7 @@ class Replies:
             times = even_times(self.times_ms, self._revolutions.period_ms)
         return times
 
-    def delays(self) -> NDArray[np.float64]:
+    def delays(self) -> Array:
         """Return the differences of arrivals and times [ms], shape (n,)."""
         return self.arrivals_ms - self.times()
 

@@ -4,6 +4,7 @@ from collections import Counter, deque
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.ldrobot import BIT_RATE, PACKET, RANGE_MM
 from nodlidar_common.serial_port import port_errors
@@ -216,9 +217,7 @@ class LdrobotLidar:
             uneven=math.radians(revolution.uneven),
         )
 
-    def _ranges(
-        self, distances: NDArray[np.float64], confidences: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def _ranges(self, distances: Array, confidences: Array) -> NDArray[np.float32]:
         """Return ranges [m] by REP 117 of distances [mm]: 0 is no return, NaN stays."""
         least, greatest = RANGE_MM
         ranges = distances / 1e3

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import math
 from typing import NamedTuple
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.ldrobot import POINT_RATE, POINTS, TIMER_MS
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 _TURN, _REAR = 360.0, 180.0  # degrees
 _LONGEST_GAP_MS = 500.0  # of the timer; after a longer one it was restarted, or much was lost

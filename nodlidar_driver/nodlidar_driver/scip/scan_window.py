@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.arrays import Integers
 from nodlidar_common.errors import DeviceError
 from nodlidar_driver.scip.identity import Capabilities
 import numpy as np
@@ -105,7 +106,7 @@ def scan_window(
     )
 
 
-def ranges(codes: NDArray[np.int64], range_min_mm: int, range_max_mm: int) -> NDArray[np.float32]:
+def ranges(codes: Integers, range_min_mm: int, range_max_mm: int) -> NDArray[np.float32]:
     """Convert the lidar's values [mm] to ranges [m] by REP 117, shape (n,).
 
     Too near is -inf, nothing in range (codes 0 and 6, or beyond range_max_mm) is +inf, and the

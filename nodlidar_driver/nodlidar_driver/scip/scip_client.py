@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import re
 
 from nodlidar_common import scip
+from nodlidar_common.arrays import Integers
 from nodlidar_common.errors import DeviceError
 from nodlidar_common.guard_process import ATTEMPTS as STOP_ATTEMPTS
 from nodlidar_common.scip import ScipError
@@ -23,8 +24,6 @@ from nodlidar_driver.scip.scip_answer import (
     timer,
 )
 from nodlidar_driver.scip.scip_port import ScipPort
-import numpy as np
-from numpy.typing import NDArray
 
 _SCAN_HEADER = re.compile(rb'M[DS]\d{13}(?=\n)')
 # ND, NE, HD and HE: what lidars of SCIP 2.2 send for several echoes per beam.
@@ -51,7 +50,7 @@ class RawScan:
     """
 
     device_ms: int
-    codes: NDArray[np.int64]
+    codes: Integers
     arrival_ns: int
 
 

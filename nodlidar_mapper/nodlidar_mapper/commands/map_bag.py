@@ -19,13 +19,13 @@ from nodlidar_assembler.bags.sensor_log import clouds_in, SensorLog
 from nodlidar_assembler.clouds.points import Points
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.plausibility.odometry_jitter import OdometryJitter
+from nodlidar_common.arrays import Array
 from nodlidar_common.command_line import LineParser
 from nodlidar_common.parameter_file import file_values
 from nodlidar_common.parameters import check
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.terminal import progress_bar, result_console, summary_table
 from nodlidar_mapper.config import MapConfig
-from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.mapper import Mapper, NO_MAP
 from nodlidar_mapper.offline import estimates
 from nodlidar_mapper.output.grid import GridConfig

@@ -5,7 +5,7 @@ These then wait for more work for some 30 ms, and so keep every processor busy. 
 a large matrix: einsum stands for those elsewhere.
 """
 
-from nodlidar_mapper.geometry.poses import Array
+from nodlidar_common.arrays import Array
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 

@@ -5,11 +5,10 @@ about these axes, those of the parent frame, through the pose's own position. An
 the inverse of a covariance.
 """
 
+from nodlidar_common.arrays import Array
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
-
-Array = NDArray[np.float64]
 
 
 def inverse(pose: Array) -> Array:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_mapper.geometry.poses import Array, moved, shifted
+from nodlidar_common.arrays import Array, Mask
+from nodlidar_mapper.geometry.poses import moved, shifted
 import numpy as np
-from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,6 +91,6 @@ class Seen:
         age = None if self.age is None else means(self.age[:, None])[:, 0]
         return Seen(means(self.points), means(self.origins), age)
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Seen:
+    def __getitem__(self, chosen: Mask) -> Seen:
         points, origins = (each.compress(chosen, axis=0) for each in (self.points, self.origins))
         return Seen(points, origins, None if self.age is None else self.age.compress(chosen))

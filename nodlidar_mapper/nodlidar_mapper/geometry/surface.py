@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from nodlidar_common.arrays import Array, Mask
 from nodlidar_mapper.geometry.linear import solved_each
-from nodlidar_mapper.geometry.poses import Array, moved
+from nodlidar_mapper.geometry.poses import moved
 from nodlidar_mapper.geometry.seen import Seen
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 NEIGHBOURS = 20
@@ -62,7 +62,7 @@ class Surface:
         normals = np.ascontiguousarray(self.normals.T)  # einsum is three times as fast
         return self[(np.einsum('in,pi->pn', normals, places) > offset).any(axis=0)]
 
-    def covers(self, seen: Seen, reach: float) -> NDArray[np.bool_]:
+    def covers(self, seen: Seen, reach: float) -> Mask:
         """Return which points (n,) have the surface within reach [m], with the side seen."""
         if not len(self.points):
             return np.zeros(len(seen.points), dtype=np.bool_)
@@ -73,7 +73,7 @@ class Surface:
         facing = np.einsum('nki,ni->nk', normals, seen.towards) > 0.0
         return np.asarray((facing & np.isfinite(distance)).any(axis=1))
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Surface:
+    def __getitem__(self, chosen: Mask) -> Surface:
         return Surface(self.points.compress(chosen, axis=0), self.normals.compress(chosen, axis=0))
 
 
@@ -104,7 +104,7 @@ def surface_of(seen: Seen, around: Seen) -> Surface:
 
 def _neighbours(
     points: Array, around: Seen, tree: cKDTree, most: int
-) -> tuple[Array, Array, NDArray[np.bool_]]:
+) -> tuple[Array, Array, Mask]:
     """Return the ways to the points around, from these to the lidar, and which are near."""
     distance, nearest = tree.query(points, k=most, distance_upper_bound=RADIUS)
     ways = around.points.take(nearest, axis=0, mode='clip') - points[:, None, :]
@@ -112,7 +112,7 @@ def _neighbours(
     return ways, towards, np.isfinite(distance)
 
 
-def _faces(normals: Array, towards: Array) -> NDArray[np.bool_]:
+def _faces(normals: Array, towards: Array) -> Mask:
     """Return which of the places (n, k, 3) are on the side of normals (n, 3)."""
     return np.asarray(np.einsum('nki,ni->nk', towards, normals) > 0.0)
 
@@ -123,7 +123,7 @@ def _facing(normals: Array, seen: Seen) -> Array:
     return np.asarray(np.where(away[:, None], -normals, normals))
 
 
-def _fit(neighbours: Array, near: NDArray[np.bool_]) -> tuple[Array, Array, Array, Array]:
+def _fit(neighbours: Array, near: Mask) -> tuple[Array, Array, Array, Array]:
     """Return the surface at the origin of its neighbours (n, k, 3), those that are near.
 
     Way to it and normal (n, 3), RMS width of the neighbours along three axes, ascending, and their

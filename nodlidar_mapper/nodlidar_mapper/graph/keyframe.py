@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from nodlidar_mapper.geometry.poses import Array
+from nodlidar_common.arrays import Array
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
 import numpy as np

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.parameters import parameter
-from nodlidar_mapper.geometry.poses import Array, inverse, turning
+from nodlidar_mapper.geometry.poses import inverse, turning
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.graph.keyframe import Keyframe, surface_of_map
 from nodlidar_mapper.graph.pose_graph import distances_from, Edge

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nodlidar_mapper.geometry.poses import Array
+from nodlidar_common.arrays import Array
 from nodlidar_mapper.graph.keyframe import Estimate, Keyframe
 from nodlidar_mapper.graph.pose_graph import Edge
 

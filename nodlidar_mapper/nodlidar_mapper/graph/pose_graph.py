@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array
 from nodlidar_mapper.geometry.linear import inverted, solved_each
 from nodlidar_mapper.geometry.poses import (
-    Array,
     carried,
     change_between,
     corrected,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array, Mask
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.parameters import parameter
-from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe
@@ -187,7 +187,7 @@ class _Cubes:
         number = (np.minimum(layer, layers - 1) * rows + row) * columns + column
         return np.asarray(number[inside])
 
-    def cells(self, numbers: NDArray[np.intp], least: int = 1) -> NDArray[np.bool_]:
+    def cells(self, numbers: NDArray[np.intp], least: int = 1) -> Mask:
         """Return which cells (rows, columns) have so many of the numbers above them."""
         _, rows, columns = self.shape
         number, counts = np.unique(numbers % (rows * columns), return_counts=True)
@@ -200,7 +200,7 @@ class _Cubes:
         return self.numbers(np.column_stack([points[:, :2], np.full(len(points), self.corner[2])]))
 
 
-def _seen(passes: NDArray[np.uint16], most: int) -> NDArray[np.bool_]:
+def _seen(passes: NDArray[np.uint16], most: int) -> Mask:
     """Return the cells whose layers (k, rows, columns) beams passed, but for so many in a row.
 
     Those above all beams do not count: out of reach of the lidar, where only what hangs could be.
@@ -216,7 +216,7 @@ def _seen(passes: NDArray[np.uint16], most: int) -> NDArray[np.bool_]:
     return np.asarray(passed & (largest <= most))
 
 
-def _disc(radius: float) -> NDArray[np.bool_]:
+def _disc(radius: float) -> Mask:
     """Return which cells of a square are within a radius [cells] of its middle."""
     steps = np.arange(-int(radius), int(radius) + 1)
     return np.asarray(np.hypot(*np.meshgrid(steps, steps)) <= radius)

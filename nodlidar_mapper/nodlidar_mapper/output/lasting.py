@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from nodlidar_mapper.geometry.poses import Array, inverse, moved
+from nodlidar_common.arrays import Array
+from nodlidar_mapper.geometry.poses import inverse, moved
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe, surface_of_map
 import numpy as np

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.whole_file import whole_files
-from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.output.grid import FREE, Grid, GridConfig, OCCUPIED, surface_and_grid

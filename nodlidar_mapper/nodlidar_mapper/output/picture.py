@@ -3,7 +3,7 @@
 from importlib.util import find_spec
 from pathlib import Path
 
-from nodlidar_mapper.geometry.poses import Array
+from nodlidar_common.arrays import Array
 from nodlidar_mapper.output.grid import FREE, Grid, OCCUPIED
 import numpy as np
 

@@ -5,9 +5,10 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.whole_file import named, whole_file
-from nodlidar_mapper.geometry.poses import Array, inverse
+from nodlidar_mapper.geometry.poses import inverse
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe

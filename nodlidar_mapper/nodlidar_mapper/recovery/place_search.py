@@ -6,7 +6,8 @@ from functools import lru_cache
 from math import ceil, floor, pi
 from typing import Any
 
-from nodlidar_mapper.geometry.poses import Array, between, inverse, moved, planar
+from nodlidar_common.arrays import Array, Mask
+from nodlidar_mapper.geometry.poses import between, inverse, moved, planar
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.graph.keyframe import Keyframe, surface_of_map
@@ -105,7 +106,7 @@ def clear_share(
     points: Array,
     pose: Array,
     keyframes: Sequence[Keyframe],
-    on: NDArray[np.bool_] | None = None,
+    on: Mask | None = None,
 ) -> float:
     """Return the share of points that the nearest keyframes do not see through.
 

@@ -1,6 +1,6 @@
 """What a keyframe sees in each direction."""
 
-from nodlidar_mapper.geometry.poses import Array
+from nodlidar_common.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nodlidar_mapper.geometry.poses import Array, between, inverse
+from nodlidar_common.arrays import Array
+from nodlidar_mapper.geometry.poses import between, inverse
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.graph.keyframe import Keyframe
 from nodlidar_mapper.graph.loops import LoopConfig

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 import re
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.publishers import Publishers
 from nodlidar_common.ros.point_cloud import points_in
@@ -17,7 +18,6 @@ from nodlidar_common.stamps import LATEST_NS, NS_PER_S, time_ns
 from nodlidar_common.survival import Survival
 from nodlidar_mapper.cloud import Cloud
 from nodlidar_mapper.config import NodeConfig
-from nodlidar_mapper.geometry.poses import Array
 from nodlidar_mapper.ros import messages
 from rclpy.clock import ClockType
 from rclpy.node import Node

@@ -13,8 +13,9 @@ from geometry_msgs.msg import (
     Vector3,
 )
 from nav_msgs.msg import OccupancyGrid, Path
+from nodlidar_common.arrays import Array
 from nodlidar_common.ros.messages import time_message
-from nodlidar_mapper.geometry.poses import Array, matrix_from
+from nodlidar_mapper.geometry.poses import matrix_from
 from nodlidar_mapper.geometry.surface import Surface
 from nodlidar_mapper.output.grid import Grid
 import numpy as np

@@ -4,6 +4,7 @@ from pathlib import Path
 import sys
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
+from nodlidar_common.arrays import Array
 from nodlidar_common.command_line import in_words
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.pose import Pose
@@ -16,7 +17,7 @@ from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.survival import Survival
 from nodlidar_mapper.background import Background
 from nodlidar_mapper.config import MapperConfig
-from nodlidar_mapper.geometry.poses import Array, inverse, placed
+from nodlidar_mapper.geometry.poses import inverse, placed
 from nodlidar_mapper.graph.map_snapshot import MapSnapshot
 from nodlidar_mapper.live import continued, LiveMapper
 from nodlidar_mapper.mapper import Mapper, NO_MAP

@@ -11,13 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from nodlidar_common.arrays import Array, Mask
 from nodlidar_common.parameters import parameter
 from nodlidar_mapper.geometry.linear import solved
-from nodlidar_mapper.geometry.poses import Array, change_between, corrected, lever
+from nodlidar_mapper.geometry.poses import change_between, corrected, lever
 from nodlidar_mapper.geometry.seen import Seen
 from nodlidar_mapper.geometry.surface import Surface
 import numpy as np
-from numpy.typing import NDArray
 
 FREEDOMS = {'planar': [0, 1, 5], 'spatial': [0, 1, 2, 3, 4, 5]}
 ITERATIONS = 20
@@ -100,7 +100,7 @@ class Match:
     residual: float
     cost: float
     prior_weight: float
-    on: NDArray[np.bool_]
+    on: Mask
 
     @classmethod
     def none(cls, guess: Array, count: int) -> Match:
@@ -194,9 +194,9 @@ class _Fit(NamedTuple):
     distance of the pose from the guess, by the prior.
     """
 
-    near: NDArray[np.bool_]
+    near: Mask
     residuals: Array
-    shows: NDArray[np.bool_]
+    shows: Mask
     information: Array
     far: float
     prior_weight: float
@@ -227,7 +227,7 @@ def _judged(fit: _Fit, pose: Array, config: MatchingConfig) -> Match:
 
 def _equations(
     points: Array, normals: Array, weight: Array, residuals: Array, shares: Array, free: list[int]
-) -> tuple[Array, Array, NDArray[np.bool_]]:
+) -> tuple[Array, Array, Mask]:
     """Return the information (6, 6) about the pose, what pulls it (6,), and which points show it.
 
     A motion of the robot moves a point within the plane that it matches, or out of it. Only what

@@ -11,10 +11,9 @@ from nodlidar_assembler.clouds.ego_motion import (
     rotated_back,
 )
 from nodlidar_assembler.clouds.points import Points
+from nodlidar_common.arrays import Array
 from nodlidar_common.stamps import NS_PER_S
-from nodlidar_mapper.geometry.poses import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 LONGEST, STEP = 0.5, 0.025  # of the delays that are tried [s]
@@ -122,7 +121,7 @@ def _as_measured(cloud: Points, odometry: Odometry, limits: OdometryConfig) -> A
     return rotated_back(poses.orientation, placed - poses.position)
 
 
-def _lowest(delays: Array, blur: NDArray[np.float64]) -> float:
+def _lowest(delays: Array, blur: Array) -> float:
     """Return where the parabola around the lowest value has its minimum."""
     lowest = int(np.clip(np.argmin(blur), AROUND, len(delays) - 1 - AROUND))
     near = slice(lowest - AROUND, lowest + AROUND + 1)

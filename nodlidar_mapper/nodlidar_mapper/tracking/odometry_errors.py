@@ -1,7 +1,8 @@
 """How odometry counts wrong, learned from matches."""
 
+from nodlidar_common.arrays import Array
 from nodlidar_mapper.geometry.linear import inverted, solved
-from nodlidar_mapper.geometry.poses import Array, corrected, yaw_of
+from nodlidar_mapper.geometry.poses import corrected, yaw_of
 import numpy as np
 
 MEMORY = 50.0  # distance over which the errors may change [m]

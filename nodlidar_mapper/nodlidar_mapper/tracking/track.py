@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from nodlidar_assembler.clouds.origins import SPACING
+from nodlidar_common.arrays import Array
 from nodlidar_common.parameters import parameter
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_mapper.geometry.linear import inverted
 from nodlidar_mapper.geometry.poses import (
-    Array,
     between,
     carried,
     change_between,

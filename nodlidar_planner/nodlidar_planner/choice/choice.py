@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import cache
 import math
 
+from nodlidar_common.arrays import Integers
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.choice.objective import Objective
 from nodlidar_planner.choice.plan import evaluate, Plan, Progress
@@ -14,9 +15,6 @@ from nodlidar_planner.holes.hole import largest_hole
 from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import column_runs, no_less_than, Task
 import numpy as np
-from numpy.typing import NDArray
-
-Integers = NDArray[np.int64]
 
 # Margins as parts of the timing error. Candidates that complete soonest with a margin do well in
 # simulated runs; which margin is best depends on lidar, region and error. The quick choice uses

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.arrays import Integers
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.rounding import rounded_down, rounded_up
 from nodlidar_planner.choice.plan import Progress
@@ -25,8 +26,6 @@ from nodlidar_planner.holes.hole import (
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import Task
-import numpy as np
-from numpy.typing import NDArray
 
 # Longest time of a corner [s].
 PATIENCE = 600.0
@@ -81,7 +80,7 @@ class Front:
     def __init__(
         self,
         task: Task,
-        samples: NDArray[np.int64],
+        samples: Integers,
         start_pitch: float | None = None,
         timing_error: float = 0.0,
         progress: Progress = iter,

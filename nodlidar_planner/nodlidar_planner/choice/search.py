@@ -8,6 +8,7 @@ evaluated.
 import math
 from typing import Any
 
+from nodlidar_common.arrays import Array, Integers, Mask
 from nodlidar_planner.choice.plan import Progress
 from nodlidar_planner.coverage.coverage import Coverage, reversal_reach
 from nodlidar_planner.pattern.start import pattern_from, phase_at
@@ -15,8 +16,6 @@ from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 AnyFloats = NDArray[np.floating[Any]]
 
 # So few N_s or fewer are evaluated without bounds.
@@ -44,7 +43,7 @@ def soonest(
     start_pitch: float | None = None,
     limit: float = math.inf,
     progress: Progress = iter,
-) -> tuple[Integers, Floats]:
+) -> tuple[Integers, Array]:
     """Return the N_s that complete soonest, and their times.
 
     Parameters
@@ -80,7 +79,7 @@ def soonest(
     return search.best(samples)
 
 
-def _bears(task: Task, samples: Integers, margin: float) -> NDArray[np.bool_]:
+def _bears(task: Task, samples: Integers, margin: float) -> Mask:
     """Return for which N_s the second row from below is high enough for a margin on both sides."""
     if task.rows < 3:
         return np.ones(len(samples), dtype=np.bool_)
@@ -126,7 +125,7 @@ class _Search:
     def _many_tie(self) -> bool:
         return list(self._times.values()).count(self._to_beat) > MOST_TIES
 
-    def best(self, samples: Integers) -> tuple[Integers, Floats]:
+    def best(self, samples: Integers) -> tuple[Integers, Array]:
         """Return the best of the N_s that were evaluated, and their times [s]."""
         known = np.array([n_s for n_s in samples if int(n_s) in self._times], dtype=np.int64)
         times = np.array([self._times[int(n_s)] for n_s in known])
@@ -135,7 +134,7 @@ class _Search:
         order = order[(times[order] <= last) & (times[order] < self._limit)]
         return known[order], times[order]
 
-    def _bounds(self, samples: Integers) -> Floats:
+    def _bounds(self, samples: Integers) -> Array:
         """Return lower bounds of the completion times, until few are below the time to beat."""
         starts, widths = column_runs(self._task.column_of_step())
         bound = np.zeros(len(samples))
@@ -174,7 +173,7 @@ def column_completion(
     revolutions: int,
     margin: float,
     start_pitch: float | None = None,
-) -> Floats:
+) -> Array:
     """Return a time before which a column is not complete, for each N_s; shape (n,) [s].
 
     It is exact where rows are higher than a column is wide; otherwise rows that the nod passes
@@ -194,8 +193,8 @@ def column_completion(
 
 
 def _column_completion(
-    task: Task, samples: Integers, phase: Floats, entry: Integers, widths: Integers, margin: float
-) -> Floats:
+    task: Task, samples: Integers, phase: Array, entry: Integers, widths: Integers, margin: float
+) -> Array:
     """Return the bounds for N_s of shape (n, 1), and passes of shape (passes,)."""
     precision: DTypeLike = np.float32 if entry[-1] < SINGLE_PRECISION else np.float64
     n_s: AnyFloats = samples.astype(precision)

@@ -1,16 +1,15 @@
 """The figures of every N_s of a band, for pictures."""
 
+from nodlidar_common.arrays import Integers
 from nodlidar_planner.choice.plan import Progress
 from nodlidar_planner.coverage.coverage import Coverage, Figures
 from nodlidar_planner.pattern.start import pattern_from
 from nodlidar_planner.pattern.task import Task
-import numpy as np
-from numpy.typing import NDArray
 
 
 def survey(
     task: Task,
-    samples: NDArray[np.int64],
+    samples: Integers,
     start_pitch: float | None = None,
     progress: Progress = iter,
 ) -> list[Figures]:

@@ -5,15 +5,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 import math
 
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_planner.coverage.crossings import NEVER
 from nodlidar_planner.holes.hole import largest_hole, samples_taken
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Longest run, in revolutions for each row: twenty times what random hits need.
 REVOLUTIONS_PER_ROW = 100
@@ -61,7 +58,7 @@ def hole_under_error(
 
 def late_reversals(
     task: Task, pattern: Pattern, duration: float, error: float, seed: int
-) -> Floats:
+) -> Array:
     """Return the reversal instants of a run [samples], shape (k,), as `largest_hole` needs them.
 
     Duration and error (a standard deviation) are in seconds; see `reversal_instants`.
@@ -131,7 +128,7 @@ def completion_run(
 
 def reversal_instants(
     samples_per_sweep: int, phase: float, error: float, last: int, seed: int
-) -> Floats:
+) -> Array:
     """Return the reversal instants [samples], shape (k,), from the lower limit before sample 0 on.
 
     Parameters
@@ -152,7 +149,7 @@ def reversal_instants(
 
 
 def rows_passed(
-    task: Task, reversals: Floats, entry: Integers, last: Integers
+    task: Task, reversals: Array, entry: Integers, last: Integers
 ) -> tuple[Integers, Integers]:
     """Return the lowest and the highest row of the nod during each pass of a column.
 
@@ -177,9 +174,9 @@ def rows_passed(
     return task.row_of_height(low, 1), task.row_of_height(high, 1)
 
 
-def _height(sweep: Floats) -> Floats:
+def _height(sweep: Array) -> Array:
     """Return the height, as a part of the span, at a time in sweeps."""
-    below: Floats = np.abs(sweep % 2.0 - 1.0)
+    below: Array = np.abs(sweep % 2.0 - 1.0)
     return 1.0 - below
 
 

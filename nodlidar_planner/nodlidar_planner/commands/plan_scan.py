@@ -6,6 +6,7 @@ import json
 import math
 from pathlib import Path
 
+from nodlidar_common.arrays import Integers
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.terminal import result_console
 from nodlidar_planner.choice.choice import plans
@@ -23,7 +24,6 @@ from nodlidar_planner.plan_scan.options import as_option, objective_of, parse, R
 from nodlidar_planner.plan_scan.progress import progress
 from nodlidar_planner.plan_scan.table import Answer, as_json, print_answer
 import numpy as np
-from numpy.typing import NDArray
 
 SHOWN_UNDER_ERROR = 120  # N_s for which runs under a timing error are drawn
 RUNS_UNDER_ERROR = range(2000, 2016)  # their seeds; few runs suffice for a picture
@@ -109,7 +109,7 @@ def _on_the_front(task: Task, request: Request) -> Answer:
     return Answer(task, objective, request.servo, [plan], front=front.around(corner))
 
 
-def _samples(task: Task, request: Request, most_under_error: int) -> NDArray[np.int64]:
+def _samples(task: Task, request: Request, most_under_error: int) -> Integers:
     """Return the N_s to choose from; about so many at most with a timing error, for its runs."""
     if request.samples_per_sweep is not None:
         return np.array([request.samples_per_sweep])
@@ -117,7 +117,7 @@ def _samples(task: Task, request: Request, most_under_error: int) -> NDArray[np.
     return samples if request.error == 0.0 else _thinned(samples, most_under_error)
 
 
-def _thinned(samples: NDArray[np.int64], most: int) -> NDArray[np.int64]:
+def _thinned(samples: Integers, most: int) -> Integers:
     """Return about so many N_s at most, evenly spread."""
     return samples[:: max(1, round(len(samples) / max(most, 1)))]
 

@@ -2,16 +2,14 @@
 
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.coverage.crossings import column_classes, NEVER
 from nodlidar_planner.pattern.pattern import MAX_SAMPLES_PER_SWEEP, Pattern
 from nodlidar_planner.pattern.task import column_runs, Task
 import numpy as np
-from numpy.typing import NDArray
 
 MAX_CELLS = 20_000_000  # for memory
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +168,7 @@ def _rows_of_residue(task: Task, pattern: Pattern, margin: float) -> tuple[Integ
     return np.where(row >= 0, np.searchsorted(hit, row), -1), len(hit)
 
 
-def reversal_reach(error: float, part: NDArray[np.float64]) -> NDArray[np.float64]:
+def reversal_reach(error: float, part: Array) -> Array:
     """Return by how much errors of the reversals displace the samples between them.
 
     It is the root mean square of the effects of the reversals before and after.

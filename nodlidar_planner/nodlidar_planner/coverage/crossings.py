@@ -10,14 +10,12 @@ sorted crossings of one column per class determine those of all cells.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Integers
 from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
-from numpy.typing import NDArray
 
 # Stands for the first hit of a cell that is never hit.
 NEVER = np.iinfo(np.int64).max
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,14 +5,12 @@ from dataclasses import dataclass
 import math
 from types import MappingProxyType
 
+from nodlidar_common.arrays import Array
 from nodlidar_planner.error_budget.parameters import ErrorParameters
 from nodlidar_planner.error_budget.pitch_error import pitch_variance
 from nodlidar_planner.error_budget.swing import Swing
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 SOURCES = (
     'range noise',

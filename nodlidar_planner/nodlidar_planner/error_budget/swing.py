@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.rounding import rounded_up
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

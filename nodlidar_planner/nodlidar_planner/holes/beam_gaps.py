@@ -4,12 +4,9 @@ In each revolution, neighbouring steps have one run of consecutive samples: one 
 folded at the nod's reversals. Heights are as in Pattern: above the lower limit, in samples.
 """
 
+from nodlidar_common.arrays import Array, Integers, Mask
 from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
-from numpy.typing import NDArray
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 
 class BeamGaps:
@@ -58,7 +55,7 @@ class BeamGaps:
         """Number of array elements that between_samples() processes for one window."""
         return self.runs + 4 * self._cycle
 
-    def between_runs(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+    def between_runs(self, first: Integers, last: Integers) -> tuple[Array, Array]:
         """Return the highest gap between the runs of each window, and its lower end.
 
         If it exceeds the spacing it is also the highest gap between the samples, since those of
@@ -90,7 +87,7 @@ class BeamGaps:
         high.sort(axis=1)
         return highest(append(low, self._sweep) - prepend(high, 0.0), prepend(high, 0.0))
 
-    def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+    def between_samples(self, first: Integers, last: Integers) -> tuple[Array, Array]:
         """Return the highest gap between the samples of each window, and its lower end.
 
         As between_runs(), but marks each sample in the nod's cycle: slower, and exact for gaps
@@ -115,7 +112,7 @@ class BeamGaps:
         b = np.minimum(begin + last[:, None], self._end - 1)
         return a, b
 
-    def _folded(self, n: Integers) -> tuple[Integers, Floats]:
+    def _folded(self, n: Integers) -> tuple[Integers, Array]:
         """Return the leg of the nod that contains samples, even if upward, and their height."""
         m = n + self._whole
         leg = m // self._sweep
@@ -139,13 +136,13 @@ class WholeBeamGaps(BeamGaps):
         """Number of array elements that between_runs() processes for one window on average."""
         return max(1, self.runs * self.pattern.stride // self._revolution)
 
-    def between_runs(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+    def between_runs(self, first: Integers, last: Integers) -> tuple[Array, Array]:
         """See BeamGaps."""
         first, last, which = self._differing(first, last)
         gap, bottom = super().between_runs(first, last)
         return gap[which], bottom[which]
 
-    def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+    def between_samples(self, first: Integers, last: Integers) -> tuple[Array, Array]:
         """See BeamGaps."""
         first, last, which = self._differing(first, last)
         gap, bottom = super().between_samples(first, last)
@@ -160,17 +157,17 @@ class WholeBeamGaps(BeamGaps):
         return begin, begin + width - 1, which
 
 
-def _covered(begin: Integers, end: Integers, places: int) -> NDArray[np.bool_]:
+def _covered(begin: Integers, end: Integers, places: int) -> Mask:
     """Return which places each row of half-open intervals covers, shape (rows, places)."""
     row = np.arange(len(begin))[:, None] * (places + 1)
     size = len(begin) * (places + 1)
     change = np.bincount((begin + row).ravel(), minlength=size)
     change -= np.bincount((end + row).ravel(), minlength=size)
-    covered: NDArray[np.bool_] = np.cumsum(change.reshape(-1, places + 1), axis=1)[:, :-1] > 0
+    covered: Mask = np.cumsum(change.reshape(-1, places + 1), axis=1)[:, :-1] > 0
     return covered
 
 
-def highest(gap: Floats, bottom: Floats) -> tuple[Floats, Floats]:
+def highest(gap: Array, bottom: Array) -> tuple[Array, Array]:
     """Return the highest gap of each row (w, n), and its lower end, shape (w,) each."""
     at = np.argmax(gap, axis=1)[:, None]
     return (
@@ -179,11 +176,11 @@ def highest(gap: Floats, bottom: Floats) -> tuple[Floats, Floats]:
     )
 
 
-def append(values: Floats, last: float) -> Floats:
+def append(values: Array, last: float) -> Array:
     """Return rows (w, n) with a value appended to each, shape (w, n + 1)."""
     return np.concatenate([values, np.full((*values.shape[:-1], 1), last)], axis=-1)
 
 
-def prepend(values: Floats, first: float) -> Floats:
+def prepend(values: Array, first: float) -> Array:
     """Return rows (w, n) with a value prepended to each, shape (w, n + 1)."""
     return np.concatenate([np.full((*values.shape[:-1], 1), first), values], axis=-1)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 import math
 
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.holes.beam_gaps import Floats, Integers
 from nodlidar_planner.pattern.task import Task
 import numpy as np
 
@@ -24,7 +24,7 @@ class Edges:
         The first so many edges are left edges to try.
     """
 
-    azimuth: Floats
+    azimuth: Array
     first_step: int
     starts: int
 

@@ -11,15 +11,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.errors import ParameterError
-from nodlidar_planner.holes.beam_gaps import BeamGaps, Floats, Integers, WholeBeamGaps
+from nodlidar_planner.holes.beam_gaps import BeamGaps, WholeBeamGaps
 from nodlidar_planner.holes.edges import Edges, edges_of
 from nodlidar_planner.holes.late_gaps import LateBeamGaps
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task, wrapped
 import numpy as np
 
-Gaps = Callable[[Integers, Integers], tuple[Floats, Floats]]
+Gaps = Callable[[Integers, Integers], tuple[Array, Array]]
 
 # Bounds on time (about 20 s) and memory: array elements to process, in all and for a window.
 MAX_WORK = 500_000_000
@@ -59,7 +60,7 @@ _NO_SQUARE = _Square(0.0, 0, 0.0)
 
 
 def largest_hole(
-    task: Task, pattern: Pattern, duration: float, reversals: Floats | None = None
+    task: Task, pattern: Pattern, duration: float, reversals: Array | None = None
 ) -> Hole:
     """Return the widest open square in a task's region that no beam has hit after some time.
 
@@ -97,7 +98,7 @@ def largest_hole(
 
 
 def exceeds(
-    task: Task, pattern: Pattern, duration: float, side: float, reversals: Floats | None = None
+    task: Task, pattern: Pattern, duration: float, side: float, reversals: Array | None = None
 ) -> bool:
     """Return whether the largest hole is wider than a side [rad]; far faster than `largest_hole`.
 
@@ -118,7 +119,7 @@ def least_side(task: Task) -> float:
     return _widest_without_lines(edges_of(task), largest_side(task)).side
 
 
-def _beams(task: Task, pattern: Pattern, duration: float, reversals: Floats | None) -> BeamGaps:
+def _beams(task: Task, pattern: Pattern, duration: float, reversals: Array | None) -> BeamGaps:
     if pattern.steps_per_revolution != task.steps_per_revolution:
         limit = f'{task.steps_per_revolution} as in the task'
         raise ParameterError('steps_per_revolution', limit, pattern.steps_per_revolution)

@@ -1,16 +1,14 @@
 """The gaps in height between the beams of a nod with errors in its reversals."""
 
+from nodlidar_common.arrays import Array, Integers, Mask
 from nodlidar_planner.holes.beam_gaps import (
     append,
     BeamGaps,
-    Floats,
     highest,
-    Integers,
     prepend,
 )
 from nodlidar_planner.pattern.pattern import Pattern
 import numpy as np
-from numpy.typing import NDArray
 
 # In sweeps of fewer samples, which errors in the reversals cause, samples are too far apart for a
 # run: each is a run of its own. With more such breaks for each run, all samples are processed.
@@ -31,7 +29,7 @@ class LateBeamGaps(BeamGaps):
         past the last sample, shape (t,); see `timing_error.reversal_instants`.
     """
 
-    def __init__(self, pattern: Pattern, samples: int, reversals: Floats) -> None:
+    def __init__(self, pattern: Pattern, samples: int, reversals: Array) -> None:
         super().__init__(pattern, samples)
         self._reversals = _distinct(reversals)
         around = np.searchsorted(self._reversals, [0, max(0, samples - 1)], side='right')
@@ -57,7 +55,7 @@ class LateBeamGaps(BeamGaps):
         """Largest number of array elements that between_samples() processes for one window."""
         return super().runs * self._revolution
 
-    def between_samples(self, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+    def between_samples(self, first: Integers, last: Integers) -> tuple[Array, Array]:
         """Return the highest gap between the samples of each window, and its lower end.
 
         As between_runs(), but sorts all samples, since such a nod has no cycle: for sweeps so
@@ -82,16 +80,16 @@ class LateBeamGaps(BeamGaps):
         after = np.where(begins < self._breaks, self._breaks, self._end)
         return np.append(a, after, axis=1), np.append(np.minimum(b, end), ends, axis=1)
 
-    def _folded(self, n: Integers) -> tuple[Integers, Floats]:
+    def _folded(self, n: Integers) -> tuple[Integers, Array]:
         n = np.clip(n, 0, max(0, self._end - 1))  # other samples belong to no run
         leg = np.searchsorted(self._reversals, n, side='right') - 1
         begin, end = self._reversals[leg], self._reversals[leg + 1]
-        part: Floats = (n - begin) / (end - begin)
-        height: Floats = np.where(leg % 2 == 0, part, 1.0 - part)
+        part: Array = (n - begin) / (end - begin)
+        height: Array = np.where(leg % 2 == 0, part, 1.0 - part)
         return leg, float(self._sweep) * height
 
 
-def _distinct(reversals: Floats) -> Floats:
+def _distinct(reversals: Array) -> Array:
     """Return reversals without sweeps of no duration, but with jumps from limit to limit."""
     _, begins, count = np.unique(reversals, return_index=True, return_counts=True)
     kept = np.zeros(len(reversals), dtype=np.bool_)
@@ -100,7 +98,7 @@ def _distinct(reversals: Floats) -> Floats:
     return np.asarray(reversals[kept])
 
 
-def _samples_at(reversals: Floats, short: NDArray[np.bool_], samples: int) -> Integers:
+def _samples_at(reversals: Array, short: Mask, samples: int) -> Integers:
     """Return every sample of the short sweeps, and the first sample after each."""
     at = np.ceil(reversals).astype(np.int64)
     found = [np.arange(at[k], at[k + 1] + 1) for k in np.flatnonzero(short)]

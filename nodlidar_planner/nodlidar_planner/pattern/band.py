@@ -2,12 +2,12 @@
 
 import math
 
+from nodlidar_common.arrays import Integers
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.rounding import rounded_down, rounded_up
 from nodlidar_planner.pattern.pattern import MAX_SAMPLES_PER_SWEEP
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from numpy.typing import NDArray
 
 # The published band of N_s, for an N_L of 1024 and 10 revolutions per second: this long a sweep
 # takes at least and at most [s].
@@ -31,7 +31,7 @@ def coprime_up_to(number: int, other: int) -> int:
 
 def samples_in_band(
     task: Task, speed_min: float | None = None, speed_max: float | None = None
-) -> NDArray[np.int64]:
+) -> Integers:
     """Return the N_s, shape (n,), coprime with N_L, whose nod speed [rad/s] is within a band.
 
     A limit defaults to the one of USEFUL_SWEEP.
@@ -63,7 +63,7 @@ def samples_in_band(
             raise ParameterError('speed_max', limit, speed_max)
         raise ParameterError('speed_min', limit, speed_min or task.speed(most))
     fewest = max(1, fewest)
-    samples: NDArray[np.int64] = np.arange(fewest, most + 1)
+    samples: Integers = np.arange(fewest, most + 1)
     samples = samples[np.gcd(samples, task.steps_per_revolution) == 1]
     if len(samples) == 0:
         raise _none_between(task, fewest, most, speed_min, speed_max)

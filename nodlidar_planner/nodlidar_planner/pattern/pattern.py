@@ -4,9 +4,9 @@ from dataclasses import dataclass
 import math
 import operator
 
+from nodlidar_common.arrays import Array, Integers, Mask
 from nodlidar_common.errors import ParameterError
 import numpy as np
-from numpy.typing import NDArray
 
 # Half a sample of phase: with it, N_s coprime with an even N_L hits every finest cell just once.
 HALF_SAMPLE = 0.5
@@ -74,11 +74,11 @@ class Pattern:
         pairs = (meeting - reversals) // 2
         return self.period - self.steps_per_revolution // self.stride * pairs
 
-    def step(self, n: NDArray[np.int64] | int) -> NDArray[np.int64]:
+    def step(self, n: Integers | int) -> Integers:
         """Return the azimuth step of each sample n, of any shape, 0 .. N_L - 1."""
         return np.asarray(n, dtype=np.int64) % self.steps_per_revolution
 
-    def height(self, n: NDArray[np.int64] | int) -> NDArray[np.float64]:
+    def height(self, n: Integers | int) -> Array:
         """Return the height of each sample above the lower limit, 0 .. N_s; unit span / N_s.
 
         This is tri(n + phase) of docs/model.md, rounded once.
@@ -87,17 +87,15 @@ class Pattern:
         height = np.where(place < self.samples_per_sweep, place + past, self.cycle - place - past)
         return height.astype(np.float64)
 
-    def pitch(
-        self, n: NDArray[np.int64] | int, pitch_min: float, pitch_max: float
-    ) -> NDArray[np.float64]:
+    def pitch(self, n: Integers | int, pitch_min: float, pitch_max: float) -> Array:
         """Return the pitch [rad] of each sample n, of any shape, of a nod between limits [rad]."""
         return pitch_min + (pitch_max - pitch_min) / self.samples_per_sweep * self.height(n)
 
-    def going_up(self, n: NDArray[np.int64] | int) -> NDArray[np.bool_]:
+    def going_up(self, n: Integers | int) -> Mask:
         """Return whether each sample n, of any shape, is on an upward leg or begins it."""
         return self._place(n) < self.samples_per_sweep
 
-    def whole_revolutions(self, distance: NDArray[np.int64] | int) -> NDArray[np.int64]:
+    def whole_revolutions(self, distance: Integers | int) -> Integers:
         """Return the fewest samples, in whole revolutions, that advance the nod by a distance.
 
         The distance [samples] is a multiple of the stride and counts modulo the nod's cycle.
@@ -107,7 +105,7 @@ class Pattern:
         strides = np.asarray(distance, dtype=np.int64) // self.stride
         return strides * inverse % revolutions * self.steps_per_revolution
 
-    def _place(self, n: NDArray[np.int64] | int) -> NDArray[np.int64]:
+    def _place(self, n: Integers | int) -> Integers:
         """Return the whole samples past the lower limit, 0 .. 2 N_s - 1."""
         in_cycle = np.asarray(n, dtype=np.int64) % self.cycle
         return (in_cycle + math.floor(self.phase)) % self.cycle

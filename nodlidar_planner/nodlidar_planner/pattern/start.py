@@ -1,19 +1,17 @@
 """The phase of a nod that starts at a given pitch."""
 
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE, Pattern
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from numpy.typing import NDArray
 
 # Rounds the phase so that a whole number stays whole in spite of a rounded pitch: which directions
 # are distinct depends on it.
 PHASE_DECIMALS = 8
 
 
-def phase_at(
-    task: Task, samples: NDArray[np.int64], start_pitch: float | None
-) -> NDArray[np.float64]:
+def phase_at(task: Task, samples: Integers, start_pitch: float | None) -> Array:
     """Return the phase of each N_s for a start at a pitch [rad], going up; same shape as N_s.
 
     Without a pitch, the start is half a sample past the lower limit.

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 import math
 from typing import TypeVar
 
+from nodlidar_common.arrays import Array, Integers, Mask
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, parameter
 from nodlidar_common.rounding import rounded_up
 import numpy as np
-from numpy.typing import NDArray
 
-Angle = TypeVar('Angle', float, NDArray[np.float64])
+Angle = TypeVar('Angle', float, Array)
 
 # Azimuth of step 0 unless stated, for every N_L: 3/8 of a revolution to the right of straight
 # ahead, as on the URG-04LX. The seam of a full circle is at step 0: there among its dark steps.
@@ -152,18 +152,18 @@ class Task:
         """Number of cells."""
         return self.columns * self.rows
 
-    def step_azimuth(self) -> NDArray[np.float64]:
+    def step_azimuth(self) -> Array:
         """Return the azimuth of every step [rad], shape (N_L,)."""
         step = np.arange(self.steps_per_revolution, dtype=np.float64)
         return self.azimuth_of_step_0 + step * (math.tau / self.steps_per_revolution)
 
-    def step_at(self, azimuth: NDArray[np.float64] | float) -> NDArray[np.int64]:
+    def step_at(self, azimuth: Array | float) -> Integers:
         """Return the step nearest to each azimuth [rad]; same shape."""
         since = np.asarray(azimuth) - self.azimuth_of_step_0
         step = since * (self.steps_per_revolution / math.tau)
         return np.asarray(np.rint(step).astype(np.int64) % self.steps_per_revolution)
 
-    def column_of_step(self) -> NDArray[np.int64]:
+    def column_of_step(self) -> Integers:
         """Return the column that contains each step's beam, shape (N_L,); -1 outside the region.
 
         The region includes both its ends.
@@ -176,7 +176,7 @@ class Task:
         column = _cell_of(azimuth + self.azimuth, self.cell, self.columns)
         return np.where(inside, column, -1)
 
-    def from_centre(self) -> NDArray[np.float64]:
+    def from_centre(self) -> Array:
         """Return the azimuth of every step from the centre of the region, shape (N_L,) [rad].
 
         A step opposite the centre is at -pi if the next step is measured, else at pi.
@@ -185,14 +185,12 @@ class Task:
         end = np.where(np.roll(self._measured(), -1), -math.pi, math.pi)
         return np.where(np.abs(azimuth) > math.pi - 1e-9, end, azimuth)
 
-    def _measured(self) -> NDArray[np.bool_]:
+    def _measured(self) -> Mask:
         """Return whether each step is in the window, shape (N_L,)."""
         into_window = (self.step_azimuth() - self.window_min + 1e-9) % math.tau
         return into_window < self.window_max - self.window_min + 2e-9
 
-    def row_of_height(
-        self, height: NDArray[np.float64], samples_per_sweep: int
-    ) -> NDArray[np.int64]:
+    def row_of_height(self, height: Array, samples_per_sweep: int) -> Integers:
         """Return the row at each height above the lower limit [samples], shape (n,).
 
         Heights below the first row or above the last are assigned to that row.
@@ -225,7 +223,7 @@ def size_of(angle: float, distance: float) -> float:
     return 2.0 * distance * math.sin(min(angle, math.pi) / 2.0)
 
 
-def column_runs(column_of_step: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def column_runs(column_of_step: Integers) -> tuple[Integers, Integers]:
     """Return first step and number of steps of each measured column, in order, (columns,).
 
     The first step of a column that contains step 0 and the steps before it is negative: the lidar
@@ -246,6 +244,6 @@ def _cells_in(extent: float, cell: float, left_over: float = ON_THE_LINE) -> int
     return max(1, math.ceil(extent / cell - left_over))
 
 
-def _cell_of(offset: NDArray[np.float64], cell: float, count: int) -> NDArray[np.int64]:
-    index: NDArray[np.int64] = np.floor(offset / cell + ON_THE_LINE).astype(np.int64)
+def _cell_of(offset: Array, cell: float, count: int) -> Integers:
+    index: Integers = np.floor(offset / cell + ON_THE_LINE).astype(np.int64)
     return np.clip(index, 0, count - 1)

@@ -11,6 +11,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import ScalarFormatter
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.whole_file import whole_file
 from nodlidar_planner.choice.plan import Plan
 from nodlidar_planner.choice.timing_error import UnderError
@@ -18,14 +19,11 @@ from nodlidar_planner.holes.hole import Hole, largest_hole
 from nodlidar_planner.pattern.pattern import Pattern
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from numpy.typing import NDArray
 
 # More could not be distinguished in the picture.
 MAX_SAMPLES, MAX_CELLS = 100_000, 4_000_000
 UNCOVERED, SAMPLE, BAND, BOUND = '#f4a261', '#1d3557', '#2a9d8f', '#c1121f'
 NOMINAL = '#e76f51'
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +33,7 @@ class Candidates:
     `under_error` has the completion under a timing error of some of them.
     """
 
-    samples_per_sweep: NDArray[np.int64]
+    samples_per_sweep: Integers
     completion_time: Array
     under_error: Sequence[tuple[int, UnderError]] = ()
 
@@ -191,9 +189,7 @@ def _unwrapped(task: Task) -> Array:
     return task.step_azimuth() if task.full_circle else task.centre + task.from_centre()
 
 
-def _fill_uncovered(
-    axes: Axes, task: Task, column: NDArray[np.int64], row: NDArray[np.int64]
-) -> None:
+def _fill_uncovered(axes: Axes, task: Task, column: Integers, row: Integers) -> None:
     uncovered = np.ones((task.rows, task.columns), dtype=np.float32)
     uncovered[row, column] = np.nan
     left, _ = _region(task)

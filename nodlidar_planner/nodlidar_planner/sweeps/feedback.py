@@ -8,14 +8,11 @@ sweep and the next will hit.
 
 import math
 
+from nodlidar_common.arrays import Array, Integers, Mask
 from nodlidar_planner.pattern.task import column_runs, ON_THE_LINE, Task
 from nodlidar_planner.sweeps.lateness import Lateness
 from nodlidar_planner.sweeps.schedule import rows_of
 import numpy as np
-from numpy.typing import NDArray
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 # Durations to choose from: their largest deviation from the planned one, and their number.
 SPREAD = 0.15
@@ -98,7 +95,7 @@ class Feedback:
         self.unseen[column, row] = False
         return np.sort(n[new][firsts])
 
-    def saw_beams(self, azimuth: Floats, pitch: Floats) -> None:
+    def saw_beams(self, azimuth: Array, pitch: Array) -> None:
         """Mark the cells that beams hit, by azimuth and pitch [rad], shape (n,) each."""
         task = self._task
         column = self._column_of_step[task.step_at(azimuth)]
@@ -120,7 +117,7 @@ class Feedback:
         under_way
             Begin and duration of the unseen part of the sweep before it [samples].
         """
-        unseen: Floats = self.unseen.astype(np.float64)
+        unseen: Array = self.unseen.astype(np.float64)
         if under_way is not None:
             unseen = self._after(unseen, *under_way, not going_up)
         value = self._value(unseen, reversal, going_up, self._candidates)
@@ -133,14 +130,14 @@ class Feedback:
                 best, best_value = duration, float(value[index] + following.max())
         return best
 
-    def _after(self, unseen: Floats, reversal: float, duration: float, going_up: bool) -> Floats:
+    def _after(self, unseen: Array, reversal: float, duration: float, going_up: bool) -> Array:
         """Return how unseen each cell is after a sweep, whose hits are uncertain."""
         after = unseen.copy()
         column, row = self._hits(reversal, duration, going_up)
         after[column, row] *= DOUBT
         return after
 
-    def _value(self, unseen: Floats, reversal: float, going_up: bool, durations: Floats) -> Floats:
+    def _value(self, unseen: Array, reversal: float, going_up: bool, durations: Array) -> Array:
         """Return the worth of the hits of a sweep of each duration."""
         worth = self._worth(unseen)
         since, column = self._passes(reversal, durations[-1])
@@ -151,7 +148,7 @@ class Feedback:
         hits = (since < durations[:, None]) & _between_limits(height)
         return np.asarray(np.where(hits, hit, 0.0).sum(axis=1))
 
-    def _worth(self, unseen: Floats) -> Floats:
+    def _worth(self, unseen: Array) -> Array:
         """Return the worth of a beam at each height of each column, shape (columns, heights).
 
         Low rows are worth more, since they are hit less often. Cells beside seen ones are worth
@@ -176,7 +173,7 @@ class Feedback:
         column, progress = column[hits], progress[hits]
         return column, self._task.row_of_height(progress if going_up else 1.0 - progress, 1)
 
-    def _passes(self, reversal: float, duration: float) -> tuple[Floats, Integers]:
+    def _passes(self, reversal: float, duration: float) -> tuple[Array, Integers]:
         """Return when the lidar passes columns after a reversal [samples], and the columns."""
         revolution = self._task.steps_per_revolution
         first = math.floor(reversal / revolution) - 1
@@ -186,12 +183,12 @@ class Feedback:
         return since[during], np.broadcast_to(self._columns, since.shape)[during]
 
 
-def _between_limits(height: Floats) -> NDArray[np.bool_]:
+def _between_limits(height: Array) -> Mask:
     """Return which heights [spans] are between the limits: beams beyond them hit no cell."""
     return (height >= -ON_THE_LINE) & (height <= 1.0 + ON_THE_LINE)
 
 
-def _best_apart(value: Floats) -> list[int]:
+def _best_apart(value: Array) -> list[int]:
     """Return the indices of the highest values, at least APART from each other."""
     chosen: list[int] = []
     for index in np.argsort(-value, kind='stable').tolist():
@@ -202,7 +199,7 @@ def _best_apart(value: Floats) -> list[int]:
     return chosen
 
 
-def _gaussian(deviation: float) -> Floats:
+def _gaussian(deviation: float) -> Array:
     """Return the weights of a normal distribution at whole numbers, with sum 1."""
     reach = math.ceil(3.0 * deviation)
     at = np.arange(-reach, reach + 1)

@@ -2,10 +2,8 @@
 
 import math
 
+from nodlidar_common.arrays import Array, Integers
 import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 # Parts of half a sweep, and beams that the mean of each part extends over.
 PARTS, MEMORY = 24, 2000
@@ -30,12 +28,12 @@ class Lateness:
 
     def __init__(self, longest: float, spread: float) -> None:
         # Times from a reversal to the middle of the longest sweep.
-        self._grid: Floats = longest / 2.0 * np.arange(PARTS + 1, dtype=np.float64) / PARTS
-        self._weight: Floats = np.ones((2, PARTS + 1))
-        self._late: Floats = np.zeros((2, PARTS + 1))
+        self._grid: Array = longest / 2.0 * np.arange(PARTS + 1, dtype=np.float64) / PARTS
+        self._weight: Array = np.ones((2, PARTS + 1))
+        self._late: Array = np.zeros((2, PARTS + 1))
         self._variance = np.full((2, PARTS + 1), spread**2)
 
-    def add(self, since: Floats, duration: Floats, progress: Floats) -> None:
+    def add(self, since: Array, duration: Array, progress: Array) -> None:
         """Add measurements of beams.
 
         Parameters
@@ -59,7 +57,7 @@ class Lateness:
         spread = _sums(at, before * (late - self._late.ravel()[at]))
         self._variance += (spread - count * self._variance) / self._weight
 
-    def progress(self, since: Floats, duration: Floats | float) -> Floats:
+    def progress(self, since: Array, duration: Array | float) -> Array:
         """Return the part of the way that the servo has covered; parameters as of `add`.
 
         Below 0 and above 1 it is beyond a limit, as after a late reversal.
@@ -75,6 +73,6 @@ class Lateness:
         return math.sqrt(float(np.average(self._variance, weights=self._weight)))
 
 
-def _sums(at: NDArray[np.int64], values: Floats | None) -> Floats:
+def _sums(at: Integers, values: Array | None) -> Array:
     """Return the sum of the values at each place, shape (2, n); without values, their number."""
     return np.bincount(at, values, minlength=2 * (PARTS + 1)).reshape(2, -1).astype(np.float64)

@@ -8,15 +8,12 @@ the proof and the measurements.
 from dataclasses import dataclass, replace
 import math
 
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.errors import ParameterError
 from nodlidar_planner.pattern.band import coprime_from
 from nodlidar_planner.pattern.pattern import HALF_SAMPLE
 from nodlidar_planner.pattern.task import Task
 import numpy as np
-from numpy.typing import NDArray
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +47,11 @@ class Schedule:
         """Samples after which the nod repeats."""
         return sum(self.sweeps)
 
-    def reversals(self, samples: int) -> Floats:
+    def reversals(self, samples: int) -> Array:
         """Return the reversal instants [samples], (k,), from -phase to the first past a sample."""
         periods = math.ceil((samples + self.phase) / self.period) + 1
         ends = np.concatenate([[0.0], np.cumsum(np.tile(self.sweeps, periods))])
-        instants: Floats = ends - self.phase
+        instants: Array = ends - self.phase
         return instants[: np.searchsorted(instants, samples, side='right') + 1]
 
 
@@ -140,7 +137,7 @@ def shortest_interlaced(
     raise ParameterError('most_samples', f'well above {fewest_samples}', most_samples)
 
 
-def rows_of(task: Task, reversals: Floats, samples: Integers) -> Integers:
+def rows_of(task: Task, reversals: Array, samples: Integers) -> Integers:
     """Return the row of each sample, for sweeps between given reversals.
 
     Parameters
@@ -156,7 +153,7 @@ def rows_of(task: Task, reversals: Floats, samples: Integers) -> Integers:
     return task.row_of_height(1.0 - np.abs(sweeps - 1.0), samples_per_sweep=1)
 
 
-def first_hits(task: Task, reversals: Floats) -> Floats:
+def first_hits(task: Task, reversals: Array) -> Array:
     """Return the first sample that hits each cell, shape (columns, rows).
 
     Infinite for a cell that no sample before the last reversal hits.

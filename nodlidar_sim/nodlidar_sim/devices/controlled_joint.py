@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.trajectory_controller import TrajectoryController
 from nodlidar_sim.world.nod_motion import ServoShaft
 import numpy as np
-from numpy.typing import NDArray
 
 UPDATE_RATE = 100.0
 """Of the controller manager [Hz], as in nodlidar_bringup/config/controllers.yaml."""
@@ -45,12 +45,12 @@ class ControlledJoint(SilentDevice):
         self._next_ns = start_ns
         self._period_ns = round(NS_PER_S / UPDATE_RATE)
 
-    def position(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    def position(self, times_ns: Times) -> Array:
         """Return the pitch of the lidar [rad] at each time [ns], none of them to come."""
         self.transmit(int(np.max(times_ns)))
         return self._shaft.position(times_ns)
 
-    def velocity(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    def velocity(self, times_ns: Times) -> Array:
         """Return the speed of the lidar [rad/s] at each time [ns], none of them to come."""
         self.transmit(int(np.max(times_ns)))
         return self._shaft.velocity(times_ns)

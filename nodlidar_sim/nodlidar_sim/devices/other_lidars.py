@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import math
 from typing import NamedTuple
 
+from nodlidar_common.arrays import Array, Integers, Times
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.sensor_model import instants
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +29,7 @@ class Revolution:
         When the driver began to wait for it, and when it had it [ns].
     """
 
-    times_ns: NDArray[np.int64]
+    times_ns: Times
     azimuths: Array
     period: float
     waited_since_ns: int
@@ -101,9 +100,7 @@ class OtherLidar:
     poll_period: float = 0.0
     best_effort: bool = False
 
-    def rays(
-        self, begin_ns: int, beams: int, clock_rate: float = 1.0
-    ) -> tuple[NDArray[np.int64], Array]:
+    def rays(self, begin_ns: int, beams: int, clock_rate: float = 1.0) -> tuple[Integers, Array]:
         """Return time [ns] and azimuth [rad] of the beams of a revolution, shape (beams,) each."""
         times_ns = instants(begin_ns, np.arange(beams) * (self.beam_period / clock_rate))
         return times_ns, np.linspace(*self.azimuths, beams)

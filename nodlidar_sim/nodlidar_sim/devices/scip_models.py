@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.arrays import Array, Integers
 import numpy as np
-from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +42,12 @@ class ScipModel:
     lost: int
 
     @property
-    def steps(self) -> NDArray[np.int64]:
+    def steps(self) -> Integers:
         """The measured steps, shape (n,)."""
         return np.arange(self.first_step, self.last_step + 1)
 
     @property
-    def azimuths(self) -> NDArray[np.float64]:
+    def azimuths(self) -> Array:
         """The azimuth of each measured step [rad], shape (n,)."""
         step = math.tau / self.steps_per_revolution
         return np.asarray((self.steps - self.front_step) * step, dtype=np.float64)

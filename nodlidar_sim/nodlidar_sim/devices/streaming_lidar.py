@@ -2,6 +2,7 @@
 
 import math
 
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.ldrobot import (
     BIT_RATE,
     checksums,
@@ -18,7 +19,6 @@ from nodlidar_sim.devices.wire import BITS_PER_BYTE
 from nodlidar_sim.world.effects import Measure
 from nodlidar_sim.world.sensor_model import instants
 import numpy as np
-from numpy.typing import NDArray
 
 _SPEED = 360.0 * ROTATION_RATE  # degrees per second
 _SPEED_SCATTER, _SPEED_MEMORY = 0.005, 0.3  # a share, and s in which the motor corrects it
@@ -65,7 +65,7 @@ class StreamingLidar:
         """Return when the next packets reach the host [ns]."""
         return int(self._times_ns[-1, -1]) + _LINE_NS
 
-    def _beams_ns(self) -> NDArray[np.int64]:
+    def _beams_ns(self) -> Integers:
         """Return when the beams of the next packets are measured [ns], shape (n, POINTS)."""
         beams = self._sent * POINTS + np.arange(_TOGETHER * POINTS).reshape(-1, POINTS)
         return instants(self._start_ns, beams / (POINT_RATE * self._clock_rate))
@@ -91,7 +91,7 @@ class StreamingLidar:
         self._times_ns = self._beams_ns()
         return packets.tobytes()
 
-    def _turn(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _turn(self) -> tuple[Array, Array]:
         """Turn on; return speed [degrees/s] and beams [degrees] of packets, (n,), (n, POINTS)."""
         period = POINTS / POINT_RATE
         kept = math.exp(-period / _SPEED_MEMORY)

@@ -10,13 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import NodlidarError
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 _NOT_GIVEN = (np.nan, np.nan)
 

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 from nodlidar_common import scip
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_sim.devices.scip_models import ScipModel, URG_04LX_UG01
 from nodlidar_sim.world.effects import Measure
 import numpy as np
-from numpy.typing import NDArray
 
 NOT_MEASURABLE = 19
 
@@ -97,9 +97,7 @@ class ScanRequest:
         return [timer, *scip.split_blocks(scip.encode(values, self.characters))]
 
 
-def range_codes(
-    ranges: NDArray[np.float64], model: ScipModel = URG_04LX_UG01
-) -> NDArray[np.int64]:
+def range_codes(ranges: Array, model: ScipModel = URG_04LX_UG01) -> Integers:
     """Return ranges [m] in whole millimetres, or as error codes."""
     millimetres = np.rint(1000.0 * ranges)
     codes = np.where(millimetres <= model.range_max_mm, millimetres, model.nothing)
@@ -108,8 +106,8 @@ def range_codes(
 
 
 def clustered(
-    codes: NDArray[np.int64], size: int, range_min_mm: int = URG_04LX_UG01.range_min_mm
-) -> NDArray[np.int64]:
+    codes: Integers, size: int, range_min_mm: int = URG_04LX_UG01.range_min_mm
+) -> Integers:
     """Return the least range of each group of steps, or its first error code if it has no range.
 
     Parameters

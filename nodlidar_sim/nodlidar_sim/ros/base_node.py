@@ -5,6 +5,7 @@ import math
 
 from geometry_msgs.msg import Quaternion, TransformStamped, Twist
 from nav_msgs.msg import Odometry
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.ros.messages import time_message
 from nodlidar_common.ros.qos import OVERRIDABLE
@@ -15,13 +16,10 @@ from nodlidar_sim.world.odometry import Odometer
 from nodlidar_sim.world.odometry_uncertainty import OdometryUncertainty
 from nodlidar_sim.world.planar import motion_of, relative
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import TimeReference
 from tf2_ros import TransformBroadcaster
-
-Array = NDArray[np.float64]
 
 ODOM, BASE = 'odom', 'base_link'
 PERIOD = 0.02  # of the odometry [s]

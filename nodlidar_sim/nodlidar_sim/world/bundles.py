@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TypeVar
 
+from nodlidar_common.arrays import Array, Mask
 from nodlidar_sim.world.shapes import dot
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 _Kind = TypeVar('_Kind', bound=np.generic)
 
@@ -60,7 +60,7 @@ class Bundles:
         starts, ways = self.starts.take(bundles, axis=1), self.ways.take(bundles, axis=1)
         return starts.reshape(3, -1), ways.reshape(3, -1)
 
-    def in_view(self, centers: Array, radii: Array) -> NDArray[np.bool_]:
+    def in_view(self, centers: Array, radii: Array) -> Mask:
         """Return which balls [m] a ray of each bundle could hit.
 
         Parameters

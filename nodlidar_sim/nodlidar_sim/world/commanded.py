@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 import math
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.route import Leg, Plan, Route, Velocity
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 MEMORY_NS = NS_PER_S  # for which past poses are kept: longer than a revolution of the lidar
 

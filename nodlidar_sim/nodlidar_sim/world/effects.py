@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array, Integers
 from nodlidar_common.parameters import check, parameter
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Measure = Callable[[NDArray[np.int64], Array], Array]
+Measure = Callable[[Integers, Array], Array]
 
 
 @dataclass(frozen=True, slots=True)

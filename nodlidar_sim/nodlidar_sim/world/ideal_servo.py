@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.nod_motion import (
-    Array,
     PiecewiseMotion,
     SINCE_EVER_NS,
-    Times,
 )
 from nodlidar_sim.world.servo.firmware import check_goal, Compliance
 import numpy as np

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from nodlidar_common.arrays import Array, Mask, Times
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.lidar_parameters import LidarParameters
 from nodlidar_sim.world.raycast import Echoes
@@ -9,9 +10,6 @@ from nodlidar_sim.world.spot import cone, disc, echo_of, merged, rim, Spots, str
 from nodlidar_sim.world.world import World
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 _RIM = rim(6)
 _DISC = disc(64)
@@ -58,7 +56,7 @@ class Lidar:
             ranges = ranges + parameters.drift((times_ns - self._start_ns) / NS_PER_S)
         return np.where(self._lost(echo), np.nan, ranges)
 
-    def _lost(self, echo: Array) -> NDArray[np.bool_]:
+    def _lost(self, echo: Array) -> Mask:
         """Return which beams that hit a surface return too little."""
         parameters = self._parameters
         received = echo

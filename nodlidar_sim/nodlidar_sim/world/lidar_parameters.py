@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.parameters import check, parameter
 from nodlidar_sim.world.raycast import PLAIN
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.bundles import bundled, Bundles, MIDDLE, RAYS
 from nodlidar_sim.world.planar import rotate, to_child
@@ -11,10 +12,6 @@ from nodlidar_sim.world.raycast import Echoes, PLAIN, Surfaces, surfaces_of
 from nodlidar_sim.world.route import Plan, Route
 from nodlidar_sim.world.shapes import Shape
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

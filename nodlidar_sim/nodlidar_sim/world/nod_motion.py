@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import math
 from typing import Any, Protocol
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
@@ -13,9 +14,6 @@ from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.servo.firmware import Compliance
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 SINCE_EVER_NS = -(2**62)  # earlier than any stamp; differences do not overflow
 

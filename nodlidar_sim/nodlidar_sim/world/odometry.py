@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.planar import displacement, motion_of, relative, rotate
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 WHEEL_DISTANCE = 0.4  # between the two driven wheels [m]
 _SIDES = np.array([-0.5, 0.5]) * WHEEL_DISTANCE

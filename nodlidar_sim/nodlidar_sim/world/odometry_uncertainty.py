@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 
+from nodlidar_common.arrays import Array
 from nodlidar_sim.world.effects import Effects
 from nodlidar_sim.world.odometry import WHEEL_DISTANCE
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 # Distance ahead and turn of a base, from the distances of its left and its right wheel.
 _BY_WHEELS = np.array([[0.5, 0.5], [-1.0 / WHEEL_DISTANCE, 1.0 / WHEEL_DISTANCE]])

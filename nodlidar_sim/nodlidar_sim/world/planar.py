@@ -5,11 +5,9 @@ A single row (1, 3) broadcasts to any number. Yaws are summed and never wrapped.
 
 from __future__ import annotations
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.pose import Pose
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 
 def rotate(vectors: Array, yaw: Array) -> Array:

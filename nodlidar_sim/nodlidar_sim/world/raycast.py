@@ -4,12 +4,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
+from nodlidar_common.arrays import Array
 from nodlidar_sim.world.bundles import Bundles, RAYS
 from nodlidar_sim.world.shapes import Plane, Shape, Solid
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 PLAIN = 0.8  # brightness of a plain wall: diffuse reflectance of white paint in the near infrared
 _STEP_BACK = 1e-3  # m

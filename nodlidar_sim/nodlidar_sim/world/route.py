@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.planar import advance, compose, displacement, motion_of, relative
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 Velocity = tuple[float, float]  # forward speed [m/s] and turn rate [rad/s]
 
 STANDING: Velocity = (0.0, 0.0)

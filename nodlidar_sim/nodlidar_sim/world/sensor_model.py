@@ -6,15 +6,13 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.dynamics import REVERSAL_ACCELERATION
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.parameters import check, parameter
 from nodlidar_common.stamps import NS_PER_S
 import numpy as np
 from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

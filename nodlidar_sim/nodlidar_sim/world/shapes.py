@@ -11,12 +11,10 @@ from dataclasses import dataclass
 import math
 from typing import Protocol
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.pose import Pose
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 SMALLEST = 1e-6  # least size [m]; its square is far above rounding errors
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from nodlidar_common.arrays import Array
 from nodlidar_sim.world.raycast import Echoes
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 _GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_sim.world.nod_motion import Motion
 from nodlidar_sim.world.odometry import Base
 from nodlidar_sim.world.planar import rotate, to_parent, to_space
 from nodlidar_sim.world.raycast import Echoes
 from nodlidar_sim.world.scene import Scene
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 
 class World:

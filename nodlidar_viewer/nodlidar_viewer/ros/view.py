@@ -5,6 +5,7 @@ import math
 import time
 from typing import Any
 
+from nodlidar_common.arrays import Array
 from nodlidar_common.pose import Pose
 from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_common.ros.steady import steady_ns
@@ -21,15 +22,12 @@ from nodlidar_viewer.ros.inputs import Inputs
 from nodlidar_viewer.ros.transforms import Transforms
 from nodlidar_viewer.state_panel import StatePanel
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.node import Node
 
 WORDS_PERIOD = 1.0  # s
 PATIENCE = 1.0  # s that a cloud waits for its transform
 MOST_WAITING = 50  # clouds
 FARTHEST = 10_000.0  # m; the page counts in 16 bits
-
-Array = NDArray[np.float64]
 
 
 class View:

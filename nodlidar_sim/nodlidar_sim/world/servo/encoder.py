@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_sim.world.servo.parameters import ServoParameters
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 _WEIGHTS = (0.6, 0.3, 0.1)  # of the harmonics of a turn
 _SEEDS = 2**62 - 1

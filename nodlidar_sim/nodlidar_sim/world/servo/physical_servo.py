@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, TypeVar
 
+from nodlidar_common.arrays import Array, Times
 from nodlidar_common.errors import ParameterError
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_sim.world.servo.encoder import Encoder
@@ -12,10 +13,7 @@ from nodlidar_sim.world.servo.firmware import check_goal, Compliance, Firmware, 
 from nodlidar_sim.world.servo.parameters import PERIOD, ServoParameters
 from nodlidar_sim.world.servo.plant import Bodies, Plant
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 Number = TypeVar('Number', float, Array)
 
 PERIOD_NS = round(PERIOD * NS_PER_S)
