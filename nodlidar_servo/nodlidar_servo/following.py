@@ -1,4 +1,4 @@
-"""Checks whether the servo follows its commands."""
+"""Checks whether the servo follows its commands, which `nodlidar_common.tracking` makes."""
 
 from collections import deque
 import math
