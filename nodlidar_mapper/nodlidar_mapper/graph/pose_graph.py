@@ -21,9 +21,10 @@ from scipy.sparse.linalg import spsolve
 ITERATIONS = 20
 CONVERGED = 1e-5  # m, rad
 LEAST = np.diag([0.004**2] * 3 + [0.001**2] * 3)  # covariance of an edge [m^2], [rad^2]
-# An error of 1 m counts as so much way [m]: what nothing joins to the map but odometry that was
-# silent is not part of the map around the robot, and is matched to it as a loop.
-WAY_OF_ERROR = 15.0
+# An edge with a larger error [m] counts as so much longer [m]: what nothing joins to the map but
+# odometry that was silent is not part of the map around the robot, and is matched to it as a loop.
+UNCERTAIN, FAR = 1.0, 1000.0
+NO_INFORMATION = 1e-6  # 1/m^2; less is rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,21 +150,25 @@ def _jacobians(start: Array, end: Array) -> tuple[Array, Array]:
 def distances_from(index: int, poses: Array, edges: Sequence[Edge]) -> Array:
     """Return the lengths of the shortest ways along edges to all keyframes [m]; inf without.
 
-    An edge whose length is uncertain counts as a longer one, by WAY_OF_ERROR.
+    An uncertain edge counts as longer by FAR.
     """
     return _shortest(index, poses, edges)[0]
 
 
 def _errors(edges: Sequence[Edge]) -> Array:
-    """Return the standard deviation of the place of each edge's end, the largest [m], (e,)."""
+    """Return the standard deviation of the place of each edge's end [m], the largest, (e,).
+
+    Directions without information are not free.
+    """
     information = np.array([edge.information[:3, :3] for edge in edges]).reshape(-1, 3, 3)
-    return np.asarray(np.maximum(np.linalg.eigvalsh(information)[:, 0], 1e-9) ** -0.5)
+    known = np.linalg.eigvalsh(information)
+    return np.asarray(np.where(known > NO_INFORMATION, known, np.inf).min(axis=1) ** -0.5)
 
 
 def _shortest(index: int, poses: Array, edges: Sequence[Edge]) -> tuple[Array, NDArray[np.int32]]:
     """Return these lengths, and the keyframe before each one on its way."""
     ways = np.array([edge.relative[:3, 3] for edge in edges]).reshape(-1, 3)
-    length = np.hypot(np.linalg.norm(ways, axis=1), WAY_OF_ERROR * _errors(edges)) + 1e-3
+    length = np.linalg.norm(ways, axis=1) + FAR * (_errors(edges) > UNCERTAIN) + 1e-3
     pairs = np.array([(edge.start, edge.end) for edge in edges], dtype=np.intp).reshape(-1, 2)
     order = np.argsort(length)  # of several edges of a pair, csr_matrix would take the sum
     _, shortest = np.unique((pairs @ [len(poses), 1])[order], return_index=True)
