@@ -152,6 +152,7 @@ FAULTS = [
     ),
     (check_network(Network('250')), 'domain', 'ROS_DOMAIN_ID=0'),
     (check_network(Network('mine')), 'domain', 'ROS_DOMAIN_ID=0'),
+    (check_network(Network('120')), 'domain', 'ROS_DOMAIN_ID=0'),
     (check_network(Network(discovery_range='OFF')), 'discovery', '=LOCALHOST'),
     (check_network(Network(discovery_range='local')), 'discovery', '=LOCALHOST'),
     (check_network(Network(localhost_only=True)), 'discovery', 'unset'),

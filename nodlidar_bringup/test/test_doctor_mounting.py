@@ -180,6 +180,7 @@ def watch_with(points, positions, mount=None):
     upright = Transform(rotation=Quaternion(w=1.0))
     return SimpleNamespace(
         transforms={'nodlidar_base_link': mount or upright, 'laser': upright},
+        parents={'nodlidar_base_link': {'base_link'}},
         points=points,
         content=lambda joint: Content(joint_name=joint, positions=positions),
     )
@@ -226,6 +227,28 @@ def test_the_tilt_of_the_mount_is_that_of_tf(roll, pitch, error):
     assert ('mount' in checked) == (error == 0.0)
     if not error:
         assert checked['mount'] == Level.GOOD
+
+
+def test_the_height_of_a_sensor_on_a_mast_is_that_above_the_robot(beams):
+    """The mast is turned and tilted, the sensor on it level again."""
+    _, *seen = beams
+    points = points_of(*seen, LEVER)
+    turn = Rotation.from_euler('xyz', [0.0, 0.5, 0.3])
+    mast, mount = (
+        Transform(rotation=Quaternion(**dict(zip('xyzw', each.as_quat(), strict=True))))
+        for each in (turn, turn.inv())
+    )
+    on_mast = turn.inv().apply([0.1, 0.0, HEIGHT - 0.3])
+    mast.translation.z = 0.3
+    mount.translation.x, mount.translation.y, mount.translation.z = on_mast.tolist()
+    watch = watch_with(lambda frame: points, NODDING, mount)
+    watch.transforms |= {'mast': mast, 'laser': Transform(rotation=Quaternion(w=1.0))}
+    watch.transforms['laser'].translation.z = LEVER[2]
+    watch.parents |= {'nodlidar_base_link': {'mast'}, 'mast': {'base_link'}}
+    assert checks(_of_mount(watch, Frames(), '')) == set()
+    watch.parents['mast'] = {'odom'}
+    [finding] = _of_mount(watch, Frames(), '')
+    assert finding.level == Level.UNKNOWN
 
 
 def test_a_mount_that_is_rolled_is_not_checked():

@@ -26,6 +26,7 @@ from nodlidar_sim.devices import x_table
 from nodlidar_sim.devices.device import SilentDevice
 from nodlidar_sim.devices.faults import EchoingDevice
 from nodlidar_sim.devices.rx_servo import RxServoEmulator
+from nodlidar_sim.devices.shared_bus import SharedBus
 from nodlidar_sim.devices.streaming_lidar import StreamingLidar
 from nodlidar_sim.devices.urg import UrgEmulator
 from nodlidar_sim.devices.x_servo import XServoEmulator
@@ -106,6 +107,16 @@ def test_what_answers_shows_the_fault(at_lidar, at_servo, expected):
 def test_a_servo_of_protocol_2_answers():
     with PseudoTerminals({'servo': Protocol2()}) as ports:
         assert ask(Port('servo', ports['servo'])) == Answer('servo', 'model 1030', 1_000_000, 1)
+
+
+@pytest.mark.parametrize('kind', [servo, x_servo])
+def test_of_several_servos_on_a_bus_the_one_of_the_node_answers(kind):
+    with PseudoTerminals({'servo': SharedBus([kind(servo_id=k) for k in (1, 2, 5)])}) as ports:
+        port = Port('servo', ports['servo'])
+        answer = ask(port, 2)
+        assert (answer.device, answer.servo_id) == ('servo', 2)
+        found = check_ports(None, replace(port, answer=answer), ServoSettings(servo_id=2))
+    assert 'wrong ID' not in {each.check for each in found}
 
 
 def test_an_adapter_that_echoes_hides_no_fault():

@@ -1,17 +1,18 @@
 """Asks what is at a port that nobody uses: a lidar for its version, a servo by a ping.
 
 Neither moves anything. What sends without being asked is a lidar with a driver of its own, unless
-it answers `VV` of SCIP 2.0 (C-42-03320B): then it was left measuring. A ping goes to all IDs, in
-Protocol 1.0 and 2.0 (ROBOTIS e-Manual, "DYNAMIXEL Protocol 1.0" and "2.0", Ping and Status
-Packet), at each usual bit rate.
+it answers `VV` of SCIP 2.0 (C-42-03320B): then it was left measuring. A ping goes to the ID of the
+servo's node and to all IDs, in Protocol 1.0 and 2.0 (ROBOTIS e-Manual, "DYNAMIXEL Protocol 1.0"
+and "2.0", Ping and Status Packet), at each usual bit rate.
 """
 
 from collections.abc import Callable
+from functools import partial
 from itertools import product
 import re
 import time
 
-from nodlidar_bringup.checks.ports import Answer, LIDAR, Port, SERVO
+from nodlidar_bringup.checks.ports import Answer, LIDAR, Port, SERVO, ServoSettings
 from nodlidar_common.errors import PortError
 from nodlidar_common.serial_port import close_port, open_port, port_errors, TCP
 from nodlidar_servo.bus.packets import Answer as ServoAnswer
@@ -28,12 +29,14 @@ _LIDAR_RATE = 115_200
 _NAMES = {model.number: model.name for model in MODELS.values()}
 
 
-def ask(port: Port) -> Answer | None:
+def ask(port: Port, servo_id: int = ServoSettings.servo_id) -> Answer | None:
     """Return what answers at a port; None if it may not be asked, because it cannot be opened.
 
+    Of several servos on a bus it is the one with an ID, if that answers.
     At a TCP address only its own device is looked for: nothing answers if it takes no connection.
     """
-    first, then = (_ask_lidar, _ask_servo) if port.device == LIDAR else (_ask_servo, _ask_lidar)
+    ask_servo = partial(_ask_servo, servo_id=servo_id)
+    first, then = (_ask_lidar, ask_servo) if port.device == LIDAR else (ask_servo, _ask_lidar)
     if port.path.startswith(TCP):
         try:
             return first(port.path) or Answer()
@@ -62,12 +65,14 @@ def _ask_lidar(path: str) -> Answer | None:
     return Answer(LIDAR, 'a lidar with SCIP 1.1') if b'QT\n' in reply else None
 
 
-def _ask_servo(path: str) -> Answer | None:
-    """Return the answer to a ping at the first bit rate at which there is one."""
-    ping = BROADCAST, PING, b''
+def _ask_servo(path: str, servo_id: int) -> Answer | None:
+    """Return the answer to a ping at the first bit rate at which there is one.
+
+    The ID comes first: to a broadcast, all servos of Protocol 1.0 would answer at once.
+    """
     for wait, rate in product((_SERVO_WAIT, _SERVO_PATIENCE), BIT_RATES):
-        for packets in (PROTOCOL_2, PROTOCOL_1):
-            if found := _request(path, rate, packets, ping, wait):
+        for packets, asked in product((PROTOCOL_2, PROTOCOL_1), (servo_id, BROADCAST)):
+            if found := _request(path, rate, packets, (asked, PING, b''), wait):
                 return _registers(path, rate, packets, *found)
     return None
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, warning
 
-LARGEST_DOMAIN = 101
-"""Domains above use ports that Linux gives to other programs (ROS 2 documentation,
+SAFE_DOMAINS = (*range(102), *range(215, 233))
+"""Others up to 232 use ports that Linux gives to other programs (ROS 2 documentation,
 "The ROS_DOMAIN_ID")."""
 
 LEAST_SHARED_MEMORY = 32e6
@@ -52,10 +52,14 @@ def check_network(network: Network) -> list[Finding]:
 
 def _check_domain(network: Network) -> list[Finding]:
     text = network.domain_id
-    if text in ('', *map(str, range(LARGEST_DOMAIN + 1))):
+    remedy = 'export ROS_DOMAIN_ID=0'
+    if text in ('', *map(str, SAFE_DOMAINS)):
         return []
-    words = f"ROS_DOMAIN_ID is '{text}', which is not a number from 0 to {LARGEST_DOMAIN}"
-    return [fault('domain', words, 'export ROS_DOMAIN_ID=0')]
+    if text in map(str, range(SAFE_DOMAINS[-1])):
+        words = f'domain {text} uses ports that Linux gives to other programs as well'
+        return [warning('domain', words, remedy)]
+    words = f"ROS_DOMAIN_ID is '{text}', which is not a number from 0 to {SAFE_DOMAINS[-1]}"
+    return [fault('domain', words, remedy)]
 
 
 def _check_discovery(network: Network) -> list[Finding]:

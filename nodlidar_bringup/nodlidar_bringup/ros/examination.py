@@ -12,7 +12,7 @@ from nodlidar_assembler.clouds.pipeline import LONGEST_SWEEP
 from nodlidar_bringup import argument_values
 from nodlidar_bringup.checks.ask import ask
 from nodlidar_bringup.checks.diagnostics import check_diagnostics
-from nodlidar_bringup.checks.finding import fault, Finding, Level
+from nodlidar_bringup.checks.finding import fault, Finding, Level, unknown
 from nodlidar_bringup.checks.graph import check_graph, Graph, is_running, LIFECYCLE, SOURCES
 from nodlidar_bringup.checks.host import check_host
 from nodlidar_bringup.checks.host_facts import HostWatch
@@ -39,6 +39,8 @@ from nodlidar_bringup.checks.transforms import check_frames, Frames
 from nodlidar_bringup.ros.discovery import announce_often
 from nodlidar_bringup.ros.node_settings import inactive, mute, settings_of
 from nodlidar_bringup.ros.system_watch import SystemWatch
+from nodlidar_common.pose import Pose
+import numpy as np
 import rclpy
 from rclpy.node import Node
 
@@ -46,6 +48,7 @@ DISCOVERY = 3.2  # s, until the running nodes are found: Fast DDS announces itse
 OTHERS = 1.0  # s, from the first node until all are found
 CLOUD_FRAME = 'nodlidar_base_link'  # their frame, without its prefix
 JOINT = 'nod_joint'  # without its prefix
+ROBOT = 'base_link'  # on the floor; it has no prefix
 MOST_TILTED = 0.5  # rad, of a mount whose cloud still shows floor and walls
 _PORTS = {
     LIDAR: ('/dev/nodlidar_lidar', '/dev/ttyACM0'),
@@ -237,6 +240,20 @@ def _position(transform: Any) -> tuple[float, float, float]:
     return (place.x, place.y, place.z)
 
 
+def _pose_on_robot(watch: SystemWatch, frame: str) -> Pose | None:
+    """Return the pose of a frame on the robot, wherever it is fixed; None if TF lacks it."""
+    pose, passed = Pose(np.zeros(3), np.eye(3)), set[str]()
+    while frame != ROBOT:
+        transform = watch.transforms.get(frame)
+        if transform is None or frame in passed:
+            return None
+        q = transform.rotation
+        pose = Pose.from_quaternion(_position(transform), (q.x, q.y, q.z, q.w)) @ pose
+        passed.add(frame)
+        frame = next(iter(watch.parents[frame]))
+    return pose
+
+
 def _of_mount(watch: SystemWatch, frames: Frames, prefix: str) -> list[Finding]:
     """Return what the cloud says of the mount; nothing if TF lacks it, or turns lidar or roll.
 
@@ -245,20 +262,17 @@ def _of_mount(watch: SystemWatch, frames: Frames, prefix: str) -> list[Finding]:
     if stands_still(watch.content(f'{prefix}{JOINT}')):
         return []
     base, _, laser = frames.needed
-    mount, lidar = watch.transforms.get(base), watch.transforms.get(laser)
-    if mount is None or lidar is None or abs(lidar.rotation.w) < math.cos(0.05):
+    lidar = watch.transforms.get(laser)
+    if base not in watch.transforms or lidar is None or abs(lidar.rotation.w) < math.cos(0.05):
         return []
-    q = mount.rotation
-    # the upward direction, as the sensor has it
-    x, y, z = (
-        2.0 * (q.x * q.z - q.w * q.y),
-        2.0 * (q.y * q.z + q.w * q.x),
-        1.0 - 2.0 * (q.x**2 + q.y**2),
-    )
+    mount = _pose_on_robot(watch, base)
+    if mount is None:
+        return [unknown('mount', f"'{base}' is not below '{ROBOT}' in TF: its height is unknown")]
+    x, y, z = mount.rotation[2]  # the upward direction, as the sensor has it
     level = math.atan2(-x, abs(z)) * math.copysign(1.0, z)
     if abs(y) > math.sin(0.05) or abs(level) > MOST_TILTED:
         return []
-    mounting = Mounting(_position(lidar), _position(mount)[2], z < 0.0, level)
+    mounting = Mounting(_position(lidar), float(mount.position[2]), bool(z < 0.0), level)
     try:
         points = watch.points(base)
     except ValueError as error:
@@ -270,23 +284,25 @@ def _examine_ports(options: Namespace, settings: Settings, running: Graph | None
     published = {topic.name for topic in running.topics if topic.publishers} if running else set()
     used = settings.get('driver', {}).get('port')
     given = settings.get('servo', {})
-    # The ports of a lidar with a third-party driver, and of ros2_control, are none of ours.
-    lidar = servo = None
-    if used or options.lidar_port or 'scan' not in published:
-        lidar = _port(LIDAR, options.lidar_port, used, options)
-    of_ours = given.get('port') or options.servo_port or 'joint_states' not in published
-    if of_ours and 'controller' not in given:
-        servo = _port(SERVO, options.servo_port, given.get('port'), options)
     expected = ServoSettings(
         options.baud_rate or given.get('baud_rate', ServoSettings.baud_rate),
         given.get('servo_id', ServoSettings.servo_id)
         if options.servo_id is None
         else options.servo_id,
     )
+    # The ports of a lidar with a third-party driver, and of ros2_control, are none of ours.
+    lidar = servo = None
+    if used or options.lidar_port or 'scan' not in published:
+        lidar = _port(LIDAR, options.lidar_port, used, options, expected)
+    of_ours = given.get('port') or options.servo_port or 'joint_states' not in published
+    if of_ours and 'controller' not in given:
+        servo = _port(SERVO, options.servo_port, given.get('port'), options, expected)
     return check_ports(lidar, servo, expected)
 
 
-def _port(device: str, given: str | None, used: str | None, options: Namespace) -> Port:
+def _port(
+    device: str, given: str | None, used: str | None, options: Namespace, servo: ServoSettings
+) -> Port:
     """Return the facts about a port; one that nobody uses is asked what is there.
 
     The port that a node uses may be on another computer, so it is not a fault if it is not here.
@@ -295,4 +311,6 @@ def _port(device: str, given: str | None, used: str | None, options: Namespace) 
     named, usual = _PORTS[device]
     facts = port_facts(device, given or used or (named if os.path.exists(named) else usual))
     port = replace(facts, chosen=given is not None, own=same_port(facts.path, used or ''))
-    return replace(port, answer=ask(port)) if may_ask(port) and not options.no_ask else port
+    if not may_ask(port) or options.no_ask:
+        return port
+    return replace(port, answer=ask(port, servo.servo_id))
