@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 from dataclasses import replace
+import re
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -144,7 +145,8 @@ def test_a_fault_is_named_and_mended(kind, registers, words):
 def test_a_servo_that_answers_only_pings_is_mended(kind, table):
     device = make(kind, {table.RETURN_LEVEL: 0, table.TORQUE_ENABLE: 1})
     line = Line(device)
-    line.set_up()
+    result = line.set_up()
+    assert 'return level' in {change.name for change in result.changes}
     assert values(device, (table.RETURN_LEVEL, table.TORQUE_ENABLE)) == {
         table.RETURN_LEVEL: 2,
         table.TORQUE_ENABLE: 0,
@@ -426,3 +428,20 @@ def test_a_lidar_that_streams_is_no_servo():
     with pytest.raises(LidarError, match=r'something streams at this port.*LD19: --port'):
         line.set_up()
     assert CLOCK() - begin_ns < 10**9
+
+
+def test_what_was_changed_to_let_the_servo_answer_is_shown(capsys):
+    device = make(RxServoEmulator, {**READY_RX, rx.RETURN_LEVEL: 0, rx.RETURN_DELAY: 0}, baud=1)
+    with PseudoTerminals({'servo': device}) as ports:
+        assert setup(['--port', ports['servo'], '--yes']) == 0
+    shown = capsys.readouterr().out
+    assert 'nothing was changed' not in shown
+    assert re.search(r'return level +.* unknown +.* 2 ', shown)
+
+
+def test_without_changes_the_parameters_are_shown_and_no_command_that_lacks_them(capsys):
+    with PseudoTerminals({'servo': make(RxServoEmulator, servo_id=5)}) as ports:
+        assert setup(['--port', ports['servo'], '--yes', '--dry-run']) == 0
+    shown = capsys.readouterr().out
+    assert 'servo_id: 5' in shown
+    assert 'ros2 launch' not in shown

@@ -167,19 +167,24 @@ def _show_changes(result: Result) -> None:
     table = Table('register', 'before', 'after', 'why', title='changed, and read back')
     for change in result.changes:
         after = result.after.values[change.name]
-        table.add_row(change.name, str(change.before), str(after), change.reason)
+        before = 'unknown' if change.before is None else str(change.before)
+        table.add_row(change.name, before, str(after), change.reason)
     Console().print(table)
 
 
 def _show_start(result: Result, options: argparse.Namespace) -> None:
     """Write the node's parameters if they are not its defaults; show what starts the nod."""
     parameters, file = node_parameters(result.config), None
-    if parameters and not options.dry_run:
+    if options.dry_run:
+        needed = ', '.join(f'{key}: {value}' for key, value in parameters.items())
+        print(f'parameters that the node would need: {needed or "none"}')
+        return
+    if parameters:
         file = Path(options.output).absolute()
         with whole_file(file) as part:
             part.write_text(parameter_file(parameters))
         print(f"parameters of the node: '{file}'")
-    if not options.dry_run and result.after.faults():
+    if result.after.faults():
         print('still wrong: ' + '; '.join(result.after.faults()))
     print(
         'This starts the nod, the motor moves. Add lidar_port:=..., and lidar:=... without a'

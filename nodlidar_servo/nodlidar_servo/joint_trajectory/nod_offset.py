@@ -9,7 +9,7 @@ LEAST = 0.05
 """An offset below [rad] may be that of a servo under load."""
 
 _GAIN = 0.05  # weight of a sample
-_FEWEST = 60  # samples in each direction: two seconds or more at 100 Hz
+_FEWEST = 60  # samples in each direction: 1.2 s of both at 100 Hz, and reversals
 
 
 class NodOffset:

@@ -13,10 +13,10 @@ RETURN_LEVEL = 'return level'
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A register to be written: its name, its values before and after, and why."""
+    """A register to be written: its name, values before (None if unknown) and after, and why."""
 
     name: str
-    before: int
+    before: int | None
     after: int
     reason: str
 

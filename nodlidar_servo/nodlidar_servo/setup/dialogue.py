@@ -62,7 +62,7 @@ class Dialogue:
     show
         Shows a line.
     tried
-        Called before each trial with its number and that of all trials.
+        Called after each trial with its number and that of all trials.
     """
 
     def __init__(
@@ -125,7 +125,7 @@ class Dialogue:
         found, others = self.find(wish.from_id)
         session = Session(self._open_at, found)
         session.check_alone()
-        before = self._condition(session, wish)
+        before, made = self._condition(session, wish)
         _check_model(before, wish)
         for name, text in before.lines():
             self._show(f'{name:<14}{text}')
@@ -146,7 +146,7 @@ class Dialogue:
         after = session.condition()
         reached = _reached(config, after)
         check(reached)  # the servo may have kept a bit rate that the node does not have
-        return Result(before, after, agreed, reached)
+        return Result(before, after, [*made, *agreed], reached)
 
     def _agreed(self, changes: Sequence[Change]) -> list[Change]:
         """Return the changes to which the user agrees."""
@@ -159,15 +159,18 @@ class Dialogue:
                 return []
         return agreed
 
-    def _condition(self, session: Session, wish: Wish) -> Condition:
+    def _condition(self, session: Session, wish: Wish) -> tuple[Condition, list[Change]]:
+        """Return how the servo is, and what had to be changed to read that."""
         try:
-            return session.condition()
+            return session.condition(), []
         except NoAnswerError:
             request = 'let the servo answer all requests, not only pings (return level 2)'
             if wish.dry_run or not self._agrees(f'{request}; {_SINKS}'):
                 raise
             session.make_it_answer()
-            return session.condition()
+            condition = session.condition()
+            level = condition.values[RETURN_LEVEL]
+            return condition, [Change(RETURN_LEVEL, None, level, 'all requests are answered')]
 
     def _config(self, session: Session, before: Condition, wish: Wish) -> ServoConfig:
         """Return what the node will ask for, with the position at which the plane is level."""
