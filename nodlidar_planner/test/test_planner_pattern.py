@@ -205,3 +205,11 @@ def test_numpy_counts_are_kept_as_python_s():
     pattern = Pattern(np.int32(65_536), np.int32(9_999_999))
     assert pattern.period == 65_536 * 9_999_999
     assert type(pattern.samples_per_sweep) is int
+
+
+@given(st.integers(1, 3000), st.integers(1, 3000))
+def test_it_repeats_sooner_by_as_much_as_the_period_is_shorter(steps, n_s):
+    """A coprime N_s has N_L N_s samples in a period, or 2 N_L N_s where N_L is odd."""
+    pattern = Pattern(steps, n_s)
+    longest = steps * n_s * (1 if steps % 2 == 0 else 2)
+    assert pattern.repeats * pattern.period == longest

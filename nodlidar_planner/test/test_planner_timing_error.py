@@ -51,6 +51,18 @@ def test_a_run_whose_rows_are_lower_than_a_sample_is_its_samples_enumerated(task
     assert completion_run(task, n_s, 0.5, 0.003, seed=3) == expected
 
 
+@pytest.mark.parametrize(
+    ('n_l', 'n_s', 'pitch_max'), [(70, 9, 0.6), (70, 9, 0.3), (81, 7, 0.6), (64, 9, 1.0)]
+)
+def test_several_sweeps_in_a_pass_of_a_column_hit_all_its_rows(n_l, n_s, pitch_max):
+    """A pass counts from its first sample, so a run ends earlier by up to a pass."""
+    task = Task(1.0, 1.0, -1.0, pitch_max, azimuth=1.5, steps_per_revolution=n_l)
+    expected = enumerated_run(task, n_s, 0.003, 60.0, seed=3)
+    found = completion_run(task, n_s, 0.5, 0.003, seed=3)
+    widest = math.ceil(n_l / math.tau * task.cell) + 1
+    assert expected - widest * task.beam_period <= found <= expected
+
+
 def test_a_run_goes_on_only_where_cells_are_left(monkeypatch):
     completion_run.cache_clear()
     passes, rows_passed = [], timing_error.rows_passed

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from nodlidar_assembler.clouds.ego_motion import Odometry
 from nodlidar_assembler.clouds.pipeline import Assembled, Scan
 from nodlidar_assembler.config import AssemblerConfig
@@ -19,6 +17,7 @@ from nodlidar_common.ros.steady import create_steady_timer, steady_ns
 from nodlidar_common.stamps import NS_PER_S
 from nodlidar_common.survival import Survival
 from nodlidar_msgs.msg import NodCommand
+from nodlidar_planner.pattern.pattern import Pattern
 from rclpy.node import Node
 
 # In intervals of command_rate: from when on a scan takes a command along, which wakes nobody up,
@@ -154,10 +153,11 @@ class NodPublisher:
 
     def _warn_if_samples_repeat(self) -> None:
         n_s, n_l = self._config.samples_per_sweep, self._config.steps_per_revolution
-        if math.gcd(n_s, n_l) > 1:
+        if (repeats := Pattern(n_l, n_s).repeats) > 1:
             self._node.get_logger().warning(
-                f'samples_per_sweep = {n_s} and steps_per_revolution = {n_l} share the divisor '
-                f'{math.gcd(n_s, n_l)}, so samples repeat: choose a coprime samples_per_sweep'
+                f'samples_per_sweep = {n_s} and steps_per_revolution = {n_l} have a common '
+                f'divisor, so samples repeat {repeats} times sooner: choose a coprime '
+                'samples_per_sweep'
             )
 
     def _warn_of_other_steps(self) -> None:

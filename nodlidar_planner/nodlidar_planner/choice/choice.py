@@ -23,7 +23,7 @@ import numpy as np
 QUICK_MARGIN = 0.75
 MARGINS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 SHORTLIST = 12
-# Runs of each in the shortlist, then of the best third of it, and of the best third of that.
+# Runs of each in the shortlist, then of the best third of it, and again; of SHORTLIST at least.
 CHOOSING_RUNS = (4, 12, 40)
 # Holes equal to this many decimals [rad] count as equal; they differ by rounding.
 HOLE_DECIMALS = 10

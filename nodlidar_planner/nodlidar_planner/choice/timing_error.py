@@ -171,6 +171,8 @@ def rows_passed(
     passed = reversal > begin
     high = np.where(passed & (reversal % 2 == 1), 1.0, high)
     low = np.where(passed & (reversal % 2 == 0), 0.0, low)
+    several = reversal - np.floor(begin) > 1
+    low, high = np.where(several, 0.0, low), np.where(several, 1.0, high)
     return task.row_of_height(low, 1), task.row_of_height(high, 1)
 
 

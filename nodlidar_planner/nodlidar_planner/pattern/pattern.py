@@ -61,6 +61,11 @@ class Pattern:
         return math.gcd(self.steps_per_revolution, self.cycle)
 
     @property
+    def repeats(self) -> int:
+        """How many times sooner it repeats than with an N_s that is coprime with N_L."""
+        return self.stride // math.gcd(self.steps_per_revolution, 2)
+
+    @property
     def distinct_directions(self) -> int:
         """Number of distinct directions, in closed form (docs/model.md, "The pattern")."""
         twice = 2.0 * self.phase

@@ -64,14 +64,13 @@ def _unseen(task: Task, plan: Plan) -> Iterator[str]:
         )
     if plan.samples_per_sweep < task.rows:
         yield f'a sweep of {plan.samples_per_sweep} samples cannot hit {task.rows} rows'
-    common = math.gcd(plan.samples_per_sweep, task.steps_per_revolution)
-    if common > 1:
+    half_sample = Pattern(task.steps_per_revolution, plan.samples_per_sweep, HALF_SAMPLE)
+    if half_sample.repeats > 1:
         yield (
             f'N_s = {plan.samples_per_sweep} and the {task.steps_per_revolution} steps of a '
-            f'revolution have the common divisor {common}: the pattern repeats {common} times '
+            f'revolution have a common divisor: the pattern repeats {half_sample.repeats} times '
             f'sooner than without it'
         )
-    half_sample = Pattern(task.steps_per_revolution, plan.samples_per_sweep, HALF_SAMPLE)
     if plan.distinct_directions < half_sample.distinct_directions:
         yield (
             f'upward and downward legs share directions; without --start-pitch, which starts half '
