@@ -170,3 +170,15 @@ def test_a_robot_that_stands_is_taken(monkeypatch):
         log, _ = live_log.record(AssemblerConfig(), 'scan', 'joint_states', 60.0)
     assert len(log.odometry.time_ns) > 2
     require_standing(log)
+
+
+def test_odometry_that_cannot_be_read_is_named(tmp_path, capsys):
+    """Where it is a chain of moving transforms, nothing tells whether the robot stands."""
+    write_bag(
+        simulate(load_scene('room', ideal=True), NOD, 2.5, start_ns=10**18), tmp_path / 'bag'
+    )
+    config = AssemblerConfig(odom_frame='elsewhere')
+    log = log_of_bag(tmp_path / 'bag', config, Topics('', '', ''))
+    assert log.odometry is None
+    [text] = log.damage
+    assert text.startswith('that the robot stands was not checked: ')

@@ -24,7 +24,7 @@ GRID_NS = 1_000_000  # 200 rad/s2 bend a chord of 1 ms by 25 microrad
 _WINDOW = 100  # steps of the grid that are smoothed together
 LONGEST_PAUSE_NS = 60 * NS_PER_S  # of joint states, over which the grid would take too much
 _AT_EDGE = 2  # beams beside a mixed pixel that do not count
-_PREPARED = 100_000  # beams, at most
+_PREPARED = 100_000  # beams; of n times as many, every n-th one counts
 
 
 class CalibrationError(NodlidarError):

@@ -60,6 +60,8 @@ class Cells:
     def thickness(self, limit: float) -> float:
         """Return the RMS thickness [m] over all points, in each cube up to a limit [m]."""
         used = self.count >= _LEAST_IN_CELL
+        if not used.any():
+            return limit
         variance = np.clip(self.variance[used, 0], 0.0, limit**2)
         return math.sqrt(float(np.average(variance, weights=self.count[used])))
 

@@ -1,6 +1,5 @@
 """Recorded messages as the input of a calibration."""
 
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -53,9 +52,11 @@ def log_of_bag(path: Path, config: AssemblerConfig, topics: Topics) -> SensorLog
     """
     with BagSource(path) as source:
         log = Recorder(config).read(source, source.inputs(topics))
-    with suppress(BagError):
+    try:
         return with_odometry(log, path, config, topics)
-    return log
+    except BagError as error:
+        text = f'that the robot stands was not checked: {error}'
+        return replace(log, damage=[*log.damage, text])
 
 
 def require_standing(log: SensorLog) -> None:
