@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 
+from assembling import assembled_of
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.coverage_monitor import CoverageMonitor
-from test_adaptive_limits import assembled, BEAMS, scans_of_a_wall
+from test_adaptive_limits import BEAMS, scans_of_a_wall
 
 
 def add(monitor, scan, pitch):
-    monitor.add(assembled(scan, BEAMS, pitch))
+    monitor.add(assembled_of(scan, BEAMS, pitch))
 
 
 def test_a_nod_covers_its_part_of_the_region():

@@ -403,6 +403,8 @@ def test_notes_on_plans():
 
     assert said(4001) == ''
     assert 'divisor 32' in said(4000)
+    assert 'divisor' not in said(2002, steps_per_revolution=450)  # all directions are distinct
+    assert 'divisor 150: the pattern repeats 75' in said(1500, steps_per_revolution=450)
     # 12.6 rad/s, and 3.1 rad/s for the others.
     assert 'the servo RX-24F nods at 6 rad/s at most' in said(1001)
     assert 'every servo, takes 0.1255 s: more than a sweep' in said(1001)

@@ -66,10 +66,11 @@ def _unseen(task: Task, plan: Plan) -> Iterator[str]:
         yield f'a sweep of {plan.samples_per_sweep} samples cannot hit {task.rows} rows'
     half_sample = Pattern(task.steps_per_revolution, plan.samples_per_sweep, HALF_SAMPLE)
     if half_sample.repeats > 1:
+        common = math.gcd(plan.samples_per_sweep, task.steps_per_revolution)
         yield (
             f'N_s = {plan.samples_per_sweep} and the {task.steps_per_revolution} steps of a '
-            f'revolution have a common divisor: the pattern repeats {half_sample.repeats} times '
-            f'sooner than without it'
+            f'revolution have the common divisor {common}: the pattern repeats '
+            f'{half_sample.repeats} times sooner than without it'
         )
     if plan.distinct_directions < half_sample.distinct_directions:
         yield (
