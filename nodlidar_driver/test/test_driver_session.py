@@ -141,6 +141,29 @@ def test_silence_is_an_error():
         streaming(SCAN[:30]).read_scan()
 
 
+@pytest.mark.parametrize(('standstill', 'most'), [(2.5, 1.3), (3.5, 0.4)])
+def test_a_laser_that_a_guard_turned_off_is_noticed_at_once(standstill, most):
+    rig = Rig()
+    lidar = rig.lidar()
+    lidar.read()
+    rig.port.write(b'QT\n')
+    gone_on_ns = rig.clock() + round(standstill * 1e9)
+    rig.clock.advance_to(gone_on_ns)
+    with pytest.raises(DeviceError, match='the lidar (has )?sent'):
+        lidar.read()
+    assert rig.clock() - gone_on_ns < most * 1e9
+
+
+def test_a_lidar_that_was_not_turned_off_goes_on_after_a_standstill():
+    rig = Rig()
+    lidar = rig.lidar()
+    lidar.read()
+    rig.clock.advance_to(rig.clock() + 4_000_000_000)
+    for _ in range(50):
+        scan = lidar.read()
+    assert rig.clock() - scan.stamp_ns < 200_000_000
+
+
 def test_a_sender_that_is_no_lidar_is_given_up():
     client = streaming(b'$GPGGA,123519,4807.038,N\r\n' * 6000)
     with pytest.raises(DeviceError, match=r'not SCIP 2\.0'):

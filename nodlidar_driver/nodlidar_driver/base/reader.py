@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import math
 
 from nodlidar_common.errors import DeviceError, StoppedError
+from nodlidar_common.guard_process import LONGEST_STANDSTILL
 from nodlidar_common.serial_port import port_errors, SerialPort
 
 READ_TIMEOUT = 0.14
@@ -40,11 +41,13 @@ class Reader:
     clock: Callable[[], int]
     timeout: float
     keep_going: Callable[[], bool] = lambda: True
-    arrival_ns: int = field(default=0, init=False)
+    arrival_ns: int = field(init=False)
+    _stood_still: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         with port_errors():
             self.port.timeout = READ_TIMEOUT
+        self.arrival_ns = self.clock()
 
     def wait(self, wanted: int, timeout: float = math.inf) -> bytes:
         """Return the next bytes, at least one, by short reads, so that a stop is noticed soon.
@@ -59,7 +62,8 @@ class Reader:
         Raises
         ------
         SilenceError
-            If nothing comes within the timeout.
+            If nothing comes within the timeout; after a standstill of this process for which its
+            guard has turned the laser off, within READ_TIMEOUT.
         PortError
             If the port fails.
         StoppedError
@@ -69,8 +73,13 @@ class Reader:
         for _ in range(math.ceil(timeout / READ_TIMEOUT)):
             if not self.keep_going():
                 raise StoppedError('stopped waiting for the lidar')
-            if data := self.read(wanted):
+            last_ns = self.arrival_ns
+            data = self.read(wanted)
+            self._stood_still |= self.arrival_ns - last_ns > LONGEST_STANDSTILL * 1e9
+            if data:
                 return data
+            if self._stood_still:
+                raise SilenceError('the lidar has sent nothing since this node stood still')
         raise SilenceError(f'the lidar sent nothing for {timeout} s')
 
     def rest(self) -> bytes:
