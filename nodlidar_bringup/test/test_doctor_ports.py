@@ -236,6 +236,15 @@ def test_a_tcp_address_where_nobody_listens_is_a_fault():
     assert 'probe --port tcp://127.0.0.1:1' in found.remedy
 
 
+def test_a_link_and_where_it_leads_are_one_port(tmp_path):
+    (tmp_path / 'ttyACM0').touch()
+    (tmp_path / 'lidar').symlink_to(tmp_path / 'ttyACM0')
+    assert same_port(str(tmp_path / 'lidar'), str(tmp_path / 'ttyACM0'))
+    assert same_port(str(tmp_path / 'ttyACM0'), str(tmp_path / 'lidar'))
+    assert not same_port(str(tmp_path / 'lidar'), str(tmp_path / 'ttyACM1'))
+    assert not same_port('', str(tmp_path / 'lidar'))
+
+
 def test_a_tcp_address_that_a_node_uses_is_not_asked():
     assert same_port('tcp://192.168.0.10', 'tcp://192.168.0.10:10940')
     assert not same_port('tcp://192.168.0.10', 'tcp://192.168.0.11')

@@ -6,6 +6,7 @@ FT232R, so it shows nothing.
 """
 
 from dataclasses import dataclass
+import os
 import re
 
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
@@ -103,8 +104,12 @@ class ServoSettings:
 
 
 def same_port(one: str, other: str) -> bool:
-    """Return whether two paths name one port."""
-    return _with_number(one) == _with_number(other)
+    """Return whether two paths name one port, as a link and where it leads."""
+    names = {
+        name if name.startswith(TCP) else os.path.realpath(name)
+        for name in map(_with_number, (one, other))
+    }
+    return len(names) == 1
 
 
 def _with_number(path: str) -> str:
