@@ -7,9 +7,10 @@ ros2bag/verb/play.py: `--clock [HZ]`, `--topics TOPIC ...` and `--remap OLD:=NEW
 from importlib.util import module_from_spec, spec_from_file_location
 import os
 from pathlib import Path
+import sys
 
 from ament_index_python.packages import get_package_share_directory
-from launch import LaunchContext
+from launch import LaunchContext, LaunchDescription, LaunchService
 from launch_ros.actions import Node
 from nodlidar_bringup.ros.recorded_sensor import RecordedSensor
 from nodlidar_common.errors import NodlidarError
@@ -51,6 +52,18 @@ def test_a_bag_takes_the_place_of_the_devices(bag_command):
     assert words[:4] == ['ros2', 'bag', 'play', 'drive']
     topics = ['/left/scan', '/left/joint_states', '/tf', '/tf_static']
     assert words[words.index('--topics') + 1 :] == topics
+
+
+@pytest.mark.parametrize(('status', 'ends'), [(0, False), (1, True)])
+def test_a_bag_that_cannot_be_played_ends_the_launch(bag_command, status, ends):
+    command = [sys.executable, '-c', f'import sys; sys.exit({status})']
+    context, _ = launched(bag='drive')
+    recorded = RecordedSensor(context)
+    recorded.player = lambda: command
+    player, *_ = recorded.nodes()
+    service = LaunchService(noninteractive=True)
+    service.include_launch_description(LaunchDescription([player]))
+    assert service.run() == int(ends)
 
 
 def test_the_map_is_on_the_machine_of_the_mapper():

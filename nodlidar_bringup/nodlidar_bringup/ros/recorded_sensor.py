@@ -8,7 +8,7 @@ from launch import LaunchContext
 from launch.actions import ExecuteProcess
 from launch_ros.actions import Node
 from nodlidar_bringup.ros.launch_arguments import ALL, MAPPING_DEFAULTS
-from nodlidar_bringup.ros.sensor import Sensor
+from nodlidar_bringup.ros.sensor import end_all, Sensor
 from nodlidar_common.errors import NodlidarError, ParameterError
 
 CLOCK_RATE = 100  # Hz, of the time that the nodes follow
@@ -17,10 +17,15 @@ PLAYED = ('scan', 'joint_states', '/tf', '/tf_static')
 TRANSFORMS = ('tf', 'tf_static')
 
 
+def _end_all_if_failed(event: Any, context: LaunchContext) -> Any:
+    return end_all(event, context) if event.returncode else None
+
+
 class RecordedSensor(Sensor):
     """Plays a bag, whose TF has the nod and odometry, and assembles its clouds.
 
-    When the bag ends, the nodes go on, so that the map can be saved.
+    When the bag ends, the nodes go on, so that the map can be saved. If it cannot be played, the
+    launch ends.
 
     Parameters
     ----------
@@ -48,7 +53,7 @@ class RecordedSensor(Sensor):
 
     def nodes(self) -> list[Any]:
         """Return the player, the assembler and the views."""
-        player = ExecuteProcess(cmd=self.player(), output='screen')
+        player = ExecuteProcess(cmd=self.player(), output='screen', on_exit=_end_all_if_failed)
         return [player, *self.clouds()]
 
     def node(self, package: str, executable: str, **options: Any) -> Node:
