@@ -42,6 +42,17 @@ def test_a_track_that_begins_again_knows_the_first_speed(stamps):
     np.testing.assert_allclose(seen.origins, [[-0.2, 0.0, 0.0]], atol=1e-9)
 
 
+def test_clouds_that_come_more_rarely_are_no_pauses_for_long():
+    track = Track(MapConfig())
+    pose, paused = planar(0.0, 0.0, 0.0), []
+    stamps = [0.7 * k for k in range(8)] + [5.0 + 3.0 * k for k in range(1, 8)]
+    for t in stamps:
+        track.predicted(round(t * NS), pose)
+        track.move_to(pose, round(t * NS), pose)
+        paused.append(track.paused)
+    assert paused == [False] * 8 + [True] * 2 + [False] * 5
+
+
 def test_a_slip_is_taken_out_of_the_points_that_it_bent():
     """Odometry goes on at 0.4 m/s and 0.5 rad/s, but from the last cloud on, the robot stands."""
     track = Track(MapConfig())

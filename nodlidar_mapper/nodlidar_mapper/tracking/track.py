@@ -105,7 +105,7 @@ class Track:
         If odometry jumped, the robot is expected to have moved as before. If it was silent for a
         time [s] in a pause, it is believed, but may have begun anew.
         """
-        self.jump, self.paused = '', False
+        self.jump = ''
         if self.pose is None:
             self._speed_since = stamp_ns, odometry
             begin = odometry.copy()  # near the origin of the map, where float32 keeps millimetres
@@ -217,14 +217,14 @@ class Track:
         seconds = self.interval = max(abs(stamp_ns - self._stamp_ns) / NS_PER_S, SPEED_OVER)
         config = self._config
         known = len(self._seconds) == TIMES
-        self.paused = known and seconds > PAUSE * max(self._seconds)
+        paused_before, self.paused = self.paused, known and seconds > PAUSE * max(self._seconds)
         longest, most = config.max_robot_speed * seconds, config.max_robot_turn_rate * seconds
         if distance > longest or turn > most:
             self.jump = f'odometry jumped by {distance:.1f} m and {turn:.1f} rad'
             self._counted = self._last_motion
             self._speed_since = stamp_ns, odometry
             return AFTER_JUMP
-        if not self.paused:
+        if not self.paused or paused_before:  # two in a row: clouds come more rarely now
             self._seconds.append(seconds)
         up = self._odometry[2, :3]
         self._counted, self._last_motion = motion, self._odometry_errors.corrected(motion, up)
