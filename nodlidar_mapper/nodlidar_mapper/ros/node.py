@@ -124,7 +124,7 @@ class MapperNode(Node):
         """Log when the robot is found in the map, lost or uncertain, and closed loops."""
         log, lost = self.get_logger(), now.estimate.lost
         lost_before = before.estimate.lost if before else NO_MAP
-        if lost and not lost_before:
+        if lost not in ('', NO_MAP) and not lost_before:
             log.warning(f'the robot is lost: {lost}')
         elif lost_before and not lost:
             log.info('the robot is found in the map')
