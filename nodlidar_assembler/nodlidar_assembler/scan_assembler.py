@@ -180,6 +180,10 @@ class ScanAssembler:
         """Forget the odometry: time went back, and new samples are older."""
         self._forget_odometry(ODOMETRY_WENT_BACK)
 
+    def command_sweeps(self, duration: float) -> None:
+        """Note how long a sweep of the commanded nod takes [s]; up to twice that, it moves."""
+        self._pipeline.command_sweeps(duration)
+
     def restart(self, reason: str) -> None:
         """Restart, as after the clock was set; waiting scans are dropped for the reason."""
         self._forget_odometry(reason)

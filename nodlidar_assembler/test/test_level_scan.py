@@ -133,7 +133,13 @@ def turning_back(pause, seconds):
     return np.where(seconds < down, begun, steady(seconds - down))
 
 
-def around_a_box(pitch_at, seen=lambda number: True, blind_after=100):
+def slowing(seconds):
+    """Return the pitch of a nod that is three times as slow from 2.96 s on."""
+    slower = -0.5 + np.abs((seconds - 2.96) % 4.44 - 2.22) / 2.22
+    return np.where(seconds < 2.96, steady(seconds), -slower)
+
+
+def around_a_box(pitch_at, seen=lambda number: True, blind_after=100, commanded_ns=0):
     """Return the level scans of 10 s amid a box, 1.2 m away, that only rows below -0.2 rad hit.
 
     One for each sweep, and one for each scan.
@@ -141,6 +147,8 @@ def around_a_box(pitch_at, seen=lambda number: True, blind_after=100):
     config = AssemblerConfig(mixed_pixel_angle=0.0, level_scan_beams=61)
     pipeline = Pipeline(config)
     scanners = [LevelScanner(replace(config, level_scan=mode)) for mode in ('sweep', 'scan')]
+    for scanner in scanners:
+        scanner.commanded_ns = commanded_ns
     beams, period_ns = 200, 100_000_000  # several for each azimuth of a level scan
     geometry = ScanGeometry(beams, 0.0, math.tau / beams, 0.1 / beams, 0.02, 12.0)
     sample_ns = START_NS + np.arange(-20, 1020) * 10_000_000
@@ -180,6 +188,17 @@ def test_no_level_scan_lacks_the_rows_of_a_part_of_the_nod(pitch_at):
     for found in around_a_box(pitch_at):
         assert len(found) >= 3
         assert all(map(shows_box, found))
+
+
+def test_a_nod_that_is_commanded_to_be_slower_does_not_rest():
+    """Sweeps end at 1.48 s, 2.22 s and 2.96 s, then at 5.18 s, 7.4 s and 9.62 s."""
+    commanded = around_a_box(slowing, commanded_ns=2_220_000_000)
+    for found in commanded:
+        assert all(map(shows_box, found))
+        seen_ns = [scan.stamp_ns - START_NS for scan in found]
+        assert max(np.diff([*seen_ns, 10_000_000_000])) < 2_300_000_000
+    unknown = around_a_box(slowing)
+    assert all(len(less) < len(more) for less, more in zip(unknown, commanded, strict=True))
 
 
 @pytest.mark.parametrize('first', range(40, 48))  # a sweep takes 7.4 scans

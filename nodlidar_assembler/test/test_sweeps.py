@@ -125,6 +125,18 @@ def test_while_the_nod_rests_clouds_end_after_twice_the_usual_time(sweeps, durat
     assert values == list(range(len(values)))
 
 
+@given(st.sampled_from([1, 2]), st.integers(1500, 9000))
+def test_a_nod_that_is_commanded_to_be_slower_does_not_rest(sweeps, slower_ms):
+    gatherer, clouds = SweepGatherer(30.0, sweeps), []
+    ends_ms = np.cumsum([700] * 8 + [slower_ms] * 4 * sweeps)
+    for k in range(int(ends_ms[-1]) // 100 + 1):
+        gatherer.commanded_ns = (700 if 100 * k < 5600 else slower_ms) * 1_000_000
+        for end_ms in ends_ms[ends_ms // 100 == k]:
+            gatherer.add_reversal(START_NS + int(end_ms) * 1_000_000)
+        clouds += gatherer.add_scan(scan_of(START_NS + k * 100_000_000))
+    assert len(clouds) == len(ends_ms) // sweeps
+
+
 def test_reversals_are_found_again_when_time_goes_back():
     times_ns, pitch = samples(100.0, 4)
     once = reversals_of(times_ns, pitch)

@@ -38,7 +38,7 @@ _REACH = 10.0
 _INTERVALS, _LONGEST_INTERVAL = 21, 2.5
 # A sweep that takes less than this share of the one before is its return, with few rows.
 _RETURN = 0.5
-# A nod without a reversal for this many times what it took before rests.
+# A nod without a reversal for this many times what it took before, and is commanded to, rests.
 _RESTS = 2
 # A sweep that lacks more than this share of the span of this and the sweeps before turned back
 # between its limits. After this many, narrower limits are taken for the nod's.
@@ -100,6 +100,11 @@ class LevelScanner:
     ----------
     config
         Band of heights, and shape of the level scan.
+
+    Attributes
+    ----------
+    commanded_ns
+        How long a sweep of the commanded nod takes [ns]; 0 if that is not known.
     """
 
     def __init__(self, config: LevelScanConfig) -> None:
@@ -107,6 +112,7 @@ class LevelScanner:
         axis = config.axis_height(config.laser_xyz)
         self._band = config.band_bottom - axis, config.band_top - axis
         self._levelled = config.levelled
+        self.commanded_ns = 0
         self._stamp_ns = 0
         self._intervals_ns: deque[int] = deque(maxlen=_INTERVALS)
         self.restart()
@@ -163,7 +169,7 @@ class LevelScanner:
         """Return whether the nod has not turned back for long at an instant [ns]."""
         if self._last_reversal_ns is None or not self._is_known:
             return False
-        longest_ns = max(sweep.duration_ns for sweep in self._sweeps)
+        longest_ns = max(self.commanded_ns, *(sweep.duration_ns for sweep in self._sweeps))
         return now_ns - self._last_reversal_ns > _RESTS * longest_ns
 
     def _swept(self, reversal_ns: int, pitch: float) -> list[LevelScan]:

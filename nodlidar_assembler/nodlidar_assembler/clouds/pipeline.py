@@ -156,6 +156,11 @@ class Pipeline:
         if self._sweeps is not None:
             self._sweeps.restart()
 
+    def command_sweeps(self, duration: float) -> None:
+        """Note how long a sweep of the commanded nod takes [s]; see SweepGatherer."""
+        if self._sweeps is not None:
+            self._sweeps.commanded_ns = round(duration * NS_PER_S)
+
     def add_sample(self, time_ns: int, pitch: float) -> None:
         """Add a joint sample [ns], [rad], in which the reversals that end clouds are found."""
         if self._sweeps is None:

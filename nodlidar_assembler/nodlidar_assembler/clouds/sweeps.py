@@ -12,8 +12,9 @@ MOST_REVERSALS = 3000
 # Scans in one cloud, also if their stamps are equal: half a minute at 100 per second.
 MOST_SCANS = 3000
 # A nod without a reversal for this many times what it usually takes rests. Usual is the second
-# longest of the last clouds: one may be a rest, and every second sweep a fast return. Shorter ones
-# than _SHORTEST [s] need no end.
+# longest of the last clouds: one may be a rest, and every second sweep a fast return. What the
+# commanded nod takes is usual, too, from its first sweep on. Shorter ones than _SHORTEST [s] need
+# no end.
 RESTS, _SHORTEST = 2, 1.5
 _CLOUDS = 4
 
@@ -31,10 +32,16 @@ class SweepGatherer:
         without a reversal. While a nod rests, the robot may drive on, and odometry goes astray.
     sweeps
         Sweeps per cloud.
+
+    Attributes
+    ----------
+    commanded_ns
+        How long a sweep of the commanded nod takes [ns]; 0 if that is not known.
     """
 
     def __init__(self, max_duration: float, sweeps: int = 1) -> None:
         self._max_duration, self._sweeps = max_duration, sweeps
+        self.commanded_ns = 0
         self._scans: list[Points] = []
         self._reversals_ns: deque[int] = deque()
         self._ended: list[Points | None] = []
@@ -109,7 +116,7 @@ class SweepGatherer:
         longest_ns = self._max_duration * NS_PER_S
         if len(self._durations_ns) < 2:
             return longest_ns
-        usual_ns = sorted(self._durations_ns)[-2]
+        usual_ns = max(sorted(self._durations_ns)[-2], self._sweeps * self.commanded_ns)
         return min(max(RESTS * usual_ns, _SHORTEST * NS_PER_S), longest_ns)
 
     def _cut(self, end_ns: int) -> Points | None:

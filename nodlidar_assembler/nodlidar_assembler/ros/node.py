@@ -168,6 +168,10 @@ class AssemblerNode(Node):
         if self._nod is not None:
             with self.survival.surviving():  # the scan counts, whatever becomes of the nod
                 self._nod.follow_lidar(scan)
+            if (nod := self._nod.commanded) is not None:
+                self.assembly.assembler.command_sweeps(nod.sweep_duration)
+                if self._level_scan is not None:
+                    self._level_scan.scanner.commanded_ns = round(nod.sweep_duration * NS_PER_S)
 
     def _publish(self, outcome: Outcome) -> None:
         """Publish a scan's clouds, then choose the nod by what it shows."""
