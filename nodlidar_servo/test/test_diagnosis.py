@@ -152,7 +152,7 @@ def test_a_motor_that_has_shut_down_is_an_error_also_when_the_cause_is_gone(diag
 
 def test_a_slow_adapter_a_refusal_and_silence_are_warnings(diagnosis, commands):
     diagnosis.connected(servo(torque=False), 'slow')
-    commands.refuse(TOO_FAR)
+    commands.refuse(TOO_FAR, 0)
     warnings = diagnosis.next_report(5 * SECOND).warnings
     assert warnings == (
         f'nod command refused: {TOO_FAR}',
@@ -169,7 +169,7 @@ def test_a_servo_that_is_gone_leaves_only_what_was_counted(diagnosis):
 
 
 def test_a_refusal_is_a_warning_even_if_good_commands_follow_but_only_once(diagnosis, commands):
-    commands.refuse(TOO_FAR)
+    commands.refuse(TOO_FAR, 0)
     commands.accept(NOD, 0)
     assert diagnosis.next_report(SECOND).warnings == (f'nod command refused: {TOO_FAR}',)
     assert diagnosis.next_report(SECOND).warnings == ()

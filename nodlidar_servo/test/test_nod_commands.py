@@ -129,7 +129,7 @@ def test_refused_commands_are_counted_and_are_no_sign_of_life():
     for now_ns in range(0, SECOND, SECOND // 10):
         with pytest.raises(ParameterError, match='pitch_max'):
             commands.accept(TOO_FAR, now_ns)
-        commands.refuse(FAR)
+        commands.refuse(FAR, 0)
         assert (commands.follow(now_ns) is None) == (now_ns > 0.6 * SECOND)
     assert commands.refused == 10
     assert commands.refusal == str(FAR)
@@ -140,22 +140,29 @@ def test_a_refusal_between_good_commands_is_new_once():
     news = []
     for _ in range(3):
         commands.accept(NOD, 0)
-        news.append(commands.refuse(FAR))
+        news.append(commands.refuse(FAR, 0))
     assert news == [True, False, False]
-    assert commands.refuse(FAST)
+    assert commands.refuse(FAST, 0)
 
 
 def test_another_value_beyond_a_limit_is_no_news():
     """A nod that is tuned to the lidar has another duration each time, and another limit."""
     commands = NodCommands(ServoConfig())
-    assert commands.refuse(ParameterError('sweep_duration', 'at least 0.2 s', 0.11))
-    assert not commands.refuse(ParameterError('sweep_duration', 'at least 0.3 s', 0.12))
+    assert commands.refuse(ParameterError('sweep_duration', 'at least 0.2 s', 0.11), 0)
+    assert not commands.refuse(ParameterError('sweep_duration', 'at least 0.3 s', 0.12), 0)
     assert commands.refusal == "'sweep_duration' must be at least 0.3 s, but is 0.12"
+
+
+def test_a_fault_that_returns_after_a_while_is_news():
+    commands = NodCommands(ServoConfig())
+    refused = [0, 1, 5, 9, 15]  # s
+    news = [commands.refuse(FAR, at * SECOND) for at in refused]
+    assert news == [True, False, False, False, True]
 
 
 def test_only_refused_commands_give_nothing_to_follow():
     commands = NodCommands(ServoConfig())
-    commands.refuse(FAR)
+    commands.refuse(FAR, 0)
     assert commands.follow(0) is None
 
 

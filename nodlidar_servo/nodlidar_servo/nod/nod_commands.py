@@ -14,6 +14,9 @@ from nodlidar_servo.nod.joint_config import JointConfig
 FARTHEST_START = 60.0
 """A command may precede its start by up to this time [s]; a later start is a mistake."""
 
+KNOWN = 5.0
+"""Time [s] for which the same fault of refused commands is not news."""
+
 
 @dataclass(frozen=True, slots=True)
 class Command:
@@ -69,7 +72,7 @@ class NodCommands:
         self._dynamics = config.dynamics
         self._tracker: NodTracker | None = None
         self._latest: Command | None = None
-        self._refused_for = ''
+        self._refused_for, self._refused_ns = '', 0
         self.refused = 0
         self.refusal = ''
 
@@ -110,16 +113,16 @@ class NodCommands:
             former = replace(former, former=None)
         self._latest = Command(nod, start_ns, now_ns, former)
 
-    def refuse(self, error: ParameterError) -> bool:
-        """Count a refused command, which is not a sign of life; return whether its fault is new.
+    def refuse(self, error: ParameterError, now_ns: int) -> bool:
+        """Count a refused command, which is not a sign of life; return whether its fault is news.
 
         Good and bad commands may alternate, if they come from two publishers. A value beyond a
         limit, and a limit that follows from other values, may change each time.
         """
-        new = error.key != self._refused_for
+        known = now_ns - self._refused_ns < KNOWN * NS_PER_S and error.key == self._refused_for
         self.refused += 1
-        self.refusal, self._refused_for = str(error), error.key
-        return new
+        self.refusal, self._refused_for, self._refused_ns = str(error), error.key, now_ns
+        return not known
 
     def age(self, now_ns: int) -> float:
         """Return the time since the latest accepted command [s]; infinite if there was none."""

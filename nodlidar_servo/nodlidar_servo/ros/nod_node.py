@@ -54,5 +54,5 @@ class NodNode(DeviceNode):
             start_ns = clock_ns + time_ns(message.start_time) - self.now_ns()
             self.commands.accept(nod_from_message(message), steady_ns(), start_ns, clock_ns)
         except ParameterError as error:
-            if self.commands.refuse(error):
+            if self.commands.refuse(error, steady_ns()):
                 self.get_logger().error(f'nod command refused: {error}')
