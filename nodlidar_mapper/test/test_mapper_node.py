@@ -385,6 +385,20 @@ def test_a_bag_that_begins_again_begins_a_new_map(running):
     assert not mapper.survival.errors
 
 
+@pytest.mark.parametrize('running', [['-p', 'mapper:use_sim_time:=true']], indirect=True)
+def test_a_bag_begins_again_but_its_map_is_gone(running, tmp_path, capfd):
+    _, mapper, _ = running
+    poses = [planar(0.4 * k, 0.0, 0.0) for k in range(8)]
+    drive(running, 100, poses, poses)
+    keyframes = len(mapper._mapper.mapper.map.keyframes)
+    mapper.config = replace(mapper.config, map_folder=f'{tmp_path}/gone')
+    turn_back_time(running, 5)
+    assert len(mapper._mapper.mapper.map.keyframes) == keyframes
+    logged = capfd.readouterr().err
+    assert "the map does not begin anew: 'map_folder' must be a saved map" in logged
+    assert not mapper.survival.errors
+
+
 def test_the_map_stays_if_a_clock_is_set_back(running, tmp_path):
     robot, mapper, until = running
     poses = [planar(0.4 * k, 0.0, 0.0) for k in range(8)]

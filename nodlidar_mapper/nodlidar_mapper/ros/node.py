@@ -153,9 +153,14 @@ class MapperNode(Node):
     def _time_went_back(self) -> None:
         """Keep the map, unless a bag begins again; where the robot is in it, nobody knows."""
         if self.get_parameter('use_sim_time').value:
-            self.get_logger().warning('time went back: the map begins anew')
-            self._continue_with(self._first_mapper())
-            return
+            try:
+                first = self._first_mapper()
+            except ParameterError as error:  # it was moved meanwhile
+                self.get_logger().error(f'the map does not begin anew: {error}')
+            else:
+                self.get_logger().warning('time went back: the map begins anew')
+                self._continue_with(first)
+                return
         self.get_logger().warning('time went back: the robot is searched in the whole map')
         self._map_from_odometry = self._given = None
         if self.output.snapshot is not None:  # it stays, to be drawn and saved
