@@ -3,6 +3,7 @@
 from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import fields, replace
 import os
+from pathlib import Path
 import re
 import sys
 from typing import Any
@@ -11,6 +12,7 @@ from nodlidar_assembler.clouds.geometry import LaserPoseConfig
 from nodlidar_assembler.config import AssemblerConfig
 from nodlidar_assembler.control.nod_config import NodConfig
 from nodlidar_assembler.profiles import ProfileConfig, PROFILES
+from nodlidar_common.command_line import in_words
 from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.ldrobot import LD19
 from nodlidar_common.parameter_file import file_values, read_parameters, sections
@@ -114,12 +116,19 @@ def expand(values: MutableMapping[str, str]) -> None:
 
 
 def check_mapping(values: Mapping[str, str]) -> None:
-    """Raise ParameterError if the map is missing, or the clouds are no deskewed sweeps."""
-    from nodlidar_mapper.output.saved_map import KEYFRAMES  # see _configuration
+    """Raise ParameterError for a wrong folder of a map, or clouds that are no deskewed sweeps."""
+    from nodlidar_mapper.output.map_folder import make_parent  # see _configuration
+    from nodlidar_mapper.output.saved_map import KEYFRAMES
 
     folder = values['map']
     if folder and not os.path.isfile(os.path.join(folder, KEYFRAMES)):
         raise ParameterError('map', f"the folder of a saved map, with '{KEYFRAMES}'", folder)
+    try:
+        if values['save']:
+            make_parent(Path(values['save']))
+    except (NodlidarError, OSError) as error:
+        limit = f'a folder for maps ({in_words(error)})'
+        raise ParameterError('save', limit, values['save']) from error
     if values['profile'] != 'slam':
         raise ParameterError('profile', 'slam with the mapper', values['profile'])
     if values['ego_motion'] not in ('', 'deskew'):

@@ -28,7 +28,7 @@ from nodlidar_bringup.argument_values import (
 )
 from nodlidar_bringup.ros.launch_arguments import ARGUMENTS
 from nodlidar_common.dynamics import check_nod
-from nodlidar_common.errors import NodlidarError
+from nodlidar_common.errors import NodlidarError, ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_common.parameters import limits_of, misspelt
 from nodlidar_planner.pattern.nod_speeds import MAX_SPEEDS, shortest_by_mean_speed
@@ -226,7 +226,15 @@ def test_parameters_of_the_assembler_that_contradict_each_other_are_named(
 
 @pytest.mark.parametrize('ego_motion', ['', 'deskew'])
 def test_the_mapper_takes_deskewed_sweeps(ego_motion):
-    check_mapping({'map': '', 'profile': 'slam', 'ego_motion': ego_motion})
+    check_mapping({'map': '', 'save': '', 'profile': 'slam', 'ego_motion': ego_motion})
+
+
+def test_a_folder_in_which_no_map_can_be_saved_is_refused(tmp_path):
+    (tmp_path / 'file').touch()
+    values = {'map': '', 'save': str(tmp_path / 'file'), 'profile': 'slam', 'ego_motion': ''}
+    with pytest.raises(ParameterError, match="'save' must be a folder for maps"):
+        check_mapping(values)
+    check_mapping({**values, 'save': str(tmp_path / 'maps')})
 
 
 DEFAULTS = {name: str(each['default_value']) for name, each in ARGUMENTS.items()}
