@@ -193,6 +193,14 @@ def test_level_scans_clear_only_where_the_nod_sees_the_floor_of_the_band():
         assert seen - 0.05 < nearest < seen + 0.05
 
 
+def test_a_costmap_without_news_for_three_sweeps_is_not_current():
+    config, costmap = AssemblerConfig(), parameters('nav2_costmap.yaml')
+    sweep = config.samples_per_sweep * config.task.beam_period
+    times = [value for key, value in costmap.items() if key.endswith('expected_update_rate')]
+    assert len(times) == 4
+    assert all(3.0 * sweep < time < 4.0 * sweep for time in times)
+
+
 def test_topics_are_those_of_the_assembler():
     costmap = parameters('nav2_costmap.yaml')
     topics = {key.split('.')[1]: value for key, value in costmap.items() if key.endswith('topic')}
