@@ -149,7 +149,7 @@ def test_a_laser_that_a_guard_turned_off_is_noticed_at_once(standstill, most):
     rig.port.write(b'QT\n')
     gone_on_ns = rig.clock() + round(standstill * 1e9)
     rig.clock.advance_to(gone_on_ns)
-    with pytest.raises(DeviceError, match='the lidar (has )?sent'):
+    with pytest.raises(DeviceError, match=r'the lidar (has )?sent'):
         lidar.read()
     assert rig.clock() - gone_on_ns < most * 1e9
 
