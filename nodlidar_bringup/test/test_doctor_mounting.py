@@ -12,7 +12,9 @@ from nodlidar_bringup.checks.mounting import check_mounting
 from nodlidar_bringup.checks.orientation import beams_of, Mounting, points_of, seen_in
 from nodlidar_bringup.checks.traffic import Content
 from nodlidar_bringup.checks.transforms import Frames
+from nodlidar_bringup.commands.doctor import main
 from nodlidar_bringup.ros.examination import _of_mount
+from nodlidar_common.errors import ParameterError
 from nodlidar_common.nod import Nod
 from nodlidar_common.ros.point_cloud import coordinates
 from nodlidar_sim.simulation import simulate
@@ -25,7 +27,7 @@ from sensor_msgs.msg import PointCloud2
 HEIGHT = 1.0  # of the nod axis in all scenes
 NOD = Nod(-0.6136, 0.6136, 7547 * 0.1 / 1024, 7547, 10**18)
 LEVER = (0.0, 0.0, 0.08)
-NODDING = [-0.6, 0.0, 0.6]  # rad
+NODDING = [-0.6, 0.0, 0.6, 0.0, -0.6, 0.0]  # rad
 
 
 @pytest.fixture(scope='module', params=['room', 'corridor', 'building', 'wall', 'corner'])
@@ -203,6 +205,26 @@ def test_the_plane_of_a_joint_that_stands_still_does_not_show_the_mount():
     still = [0.6190, 0.6191]
     assert _of_mount(watch_with(lambda frame: points, still), Frames(), '') == []
     assert _of_mount(watch_with(lambda frame: points, NODDING), Frames(), '') != []
+
+
+@pytest.mark.parametrize('phase', np.arange(0.0, 12.0, 1.0))
+@pytest.mark.parametrize(('seconds', 'whole'), [(5.0, False), (15.0, True)])
+def test_a_part_of_a_slow_sweep_does_not_show_the_mount(phase, seconds, whole):
+    """With sweeps of 6 s: floor or ceiling alone would look as with the wrong sign."""
+    at = phase + np.arange(0.0, seconds, 0.02)
+    positions = np.abs(at / 6.0 % 2.0 - 1.0) * 1.2272 - 0.6136
+    mount = Transform(rotation=Quaternion(w=1.0))
+    watch = watch_with(lambda frame: np.zeros((0, 3)), positions.tolist(), mount)
+    watch.transforms['laser'] = Transform(rotation=Quaternion(w=1.0))
+    [finding] = _of_mount(watch, Frames(), '')
+    assert finding.level == Level.UNKNOWN
+    assert ('no whole sweep' in finding.text) != whole
+
+
+@pytest.mark.parametrize('seconds', ['nan', 'inf', '0', '-1'])
+def test_a_time_to_listen_that_is_none_is_refused(seconds):
+    with pytest.raises(ParameterError, match='--seconds'):
+        main(['--seconds', seconds])
 
 
 @pytest.mark.parametrize('roll', [0.0, math.pi])

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 import math
 
+from nodlidar_assembler.clouds.reversals import ReversalFinder
 from nodlidar_bringup.checks.finding import fault, Finding, good, unknown, warning
 from nodlidar_bringup.checks.graph import LAUNCH, SOURCES, START_AGAIN
 import numpy as np
@@ -171,6 +172,12 @@ def stands_still(content: Content) -> bool:
     """Return whether the joint has positions, but hardly moves."""
     positions = [each for each in content.positions if math.isfinite(each)]
     return bool(positions) and max(positions) - min(positions) < LEAST_NOD
+
+
+def shows_sweep(content: Content) -> bool:
+    """Return whether the joint went from one reversal to another: that is a whole sweep."""
+    finder, positions = ReversalFinder(), filter(math.isfinite, content.positions)
+    return sum(finder.add(k, each) is not None for k, each in enumerate(positions)) > 1
 
 
 def check_content(content: Content) -> list[Finding]:

@@ -8,12 +8,18 @@ from nodlidar_bringup.checks.network import check_network
 from nodlidar_bringup.checks.network_facts import network_facts
 from nodlidar_bringup.checks.report import as_json, faults, print_sections, Section
 from nodlidar_common.command_line import LineParser
+from nodlidar_common.errors import ParameterError
 from rich.console import Console
+
+
+LONGEST = 3600.0  # s
 
 
 def main(argv: Sequence[str] | None) -> int:
     """Examine everything; return 1 if there is a fault, otherwise 0."""
     options = _parse(argv)
+    if not 0.0 < options.seconds <= LONGEST:
+        raise ParameterError('--seconds', f'above 0 and at most {LONGEST:g} s', options.seconds)
     network = network_facts(os.environ)
     if network.middleware not in network.installed:
         os.environ.pop('RMW_IMPLEMENTATION', None)  # ROS would end the process
@@ -43,7 +49,7 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
         '--seconds',
         type=float,
         default=4.0,
-        help='how long to listen to the running system [s]; longer for clouds of long sweeps',
+        help='how long to listen to the running system [s]; longer for a slow nod',
     )
     parser.add_argument(
         '--no-ask', action='store_true', help='do not ask free ports which device is there'

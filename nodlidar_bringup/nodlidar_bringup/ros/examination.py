@@ -33,6 +33,7 @@ from nodlidar_bringup.checks.traffic import (
     check_content,
     check_together,
     check_traffic,
+    shows_sweep,
     stands_still,
 )
 from nodlidar_bringup.checks.transforms import check_frames, Frames
@@ -49,6 +50,7 @@ OTHERS = 1.0  # s, from the first node until all are found
 CLOUD_FRAME = 'nodlidar_base_link'  # their frame, without its prefix
 JOINT = 'nod_joint'  # without its prefix
 ROBOT = 'base_link'  # on the floor; it has no prefix
+SWEEPS = 2.5  # to listen for: then one is surely seen from reversal to reversal
 MOST_TILTED = 0.5  # rad, of a mount whose cloud still shows floor and walls
 _PORTS = {
     LIDAR: ('/dev/nodlidar_lidar', '/dev/ttyACM0'),
@@ -185,10 +187,12 @@ def _cloud_lasts(assembler: dict[str, Any], sweep: float | None) -> float:
 
 
 def _listen(watch: SystemWatch, seconds: float, lasts: float) -> None:
-    """Listen for some time [s], and for two clouds if a nod is commanded that makes them."""
-    if watch.sweep_duration is not None and seconds < 2.0 * lasts:
-        seconds = 2.0 * lasts
-        print(f'listening for {seconds:.0f} s: a cloud takes {lasts:.1f} s', file=sys.stderr)
+    """Listen for some time [s]; for two clouds and a whole sweep, if a nod is commanded."""
+    if (sweep := watch.sweep_duration) is not None:
+        needed = max(2.0 * lasts, SWEEPS * min(sweep, LONGEST_SWEEP))
+        if seconds < needed:
+            seconds = needed
+            print(f'listening for {seconds:.0f} s: a sweep takes {sweep:.1f} s', file=sys.stderr)
     watch.listen(seconds)
 
 
@@ -258,8 +262,10 @@ def _of_mount(watch: SystemWatch, frames: Frames, prefix: str) -> list[Finding]:
     """Return what the cloud says of the mount; nothing if TF lacks it, or turns lidar or roll.
 
     Nor if the joint stands still: in a single plane, upright walls are not told from leaning ones.
+    A part of a sweep may show floor or ceiling alone, as one with the wrong sign does.
     """
-    if stands_still(watch.content(f'{prefix}{JOINT}')):
+    content = watch.content(f'{prefix}{JOINT}')
+    if stands_still(content):
         return []
     base, _, laser = frames.needed
     lidar = watch.transforms.get(laser)
@@ -272,6 +278,9 @@ def _of_mount(watch: SystemWatch, frames: Frames, prefix: str) -> list[Finding]:
     level = math.atan2(-x, abs(z)) * math.copysign(1.0, z)
     if abs(y) > math.sin(0.05) or abs(level) > MOST_TILTED:
         return []
+    if not shows_sweep(content):
+        remedy = '--seconds of three sweeps: ros2 run nodlidar_bringup doctor --seconds 20'
+        return [unknown('mount', 'no whole sweep of the joint was seen', remedy)]
     mounting = Mounting(_position(lidar), float(mount.position[2]), bool(z < 0.0), level)
     try:
         points = watch.points(base)

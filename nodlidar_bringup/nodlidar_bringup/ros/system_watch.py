@@ -195,13 +195,11 @@ class SystemWatch:
         return Content(share, joint_name, frozenset(names), positions, self._namespace, followed)
 
     def points(self, frame: str) -> Array:
-        """Return the latest points in a frame, shape (n, 3)."""
-        clouds, count = [], 0
-        for *_, cloud in reversed(self._arrivals['points']):
-            if cloud.header.frame_id == frame and count < _MOST_POINTS:
-                clouds.append(coordinates(cloud))
-                count += len(clouds[-1])
-        return np.concatenate(clouds) if clouds else np.zeros((0, 3))
+        """Return points in a frame, of evenly many clouds if there are many, shape (n, 3)."""
+        came = [message for *_, message in self._arrivals['points']]
+        clouds = [coordinates(each) for each in came if each.header.frame_id == frame]
+        every = max(math.ceil(sum(map(len, clouds)) / _MOST_POINTS), 1)
+        return np.concatenate([np.zeros((0, 3)), *clouds[::every]])
 
 
 def _has_ranges(scan: LaserScan) -> bool:
