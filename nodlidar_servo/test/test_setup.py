@@ -7,6 +7,7 @@ import re
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nodlidar_common.errors import ParameterError
+from nodlidar_common.parameter_file import file_values
 from nodlidar_servo.bus.packets import PROTOCOL_1, PROTOCOL_2
 from nodlidar_servo.commands.entry_points import setup
 from nodlidar_servo.commands.setup import (
@@ -223,7 +224,7 @@ def test_the_present_position_becomes_the_zero(kind, table):
     tick = 512 + 19.56 if table is rx else 2048 + 65.19  # 0.1 rad
     assert result.config.zero_tick == pytest.approx(tick, abs=0.51)
     parameters = node_parameters(result.config)
-    assert yaml.safe_load(parameter_file(parameters)) == {
+    assert yaml.safe_load(parameter_file(parameters, {})) == {
         '/**': {'ros__parameters': {'zero_tick': result.config.zero_tick}}
     }
     span = 156 if table is rx else 522
@@ -410,6 +411,37 @@ def test_a_file_that_cannot_be_written_is_refused_before_the_servo_is_changed(tm
         assert setup([*options, '--output', str(path)]) == 1
     assert f"No such file or directory: '{path}'" in capsys.readouterr().err
     assert values(servo, READY_X) == before
+
+
+@pytest.mark.parametrize(('kind', 'table'), KINDS)
+def test_limits_are_turned_with_the_sign_of_the_joint_and_the_file_stays(kind, table, tmp_path):
+    """Set up; the sign turns out to be wrong; set up again, and once more without options."""
+    path, servo, middle = tmp_path / 'servo.yaml', make(kind), 2048 if table is x else 512
+    ends = (table.MIN_POSITION, table.MAX_POSITION) if table is x else (rx.CW_LIMIT, rx.CCW_LIMIT)
+    with PseudoTerminals({'servo': servo}) as ports:
+        options = ['--port', ports['servo'], '--yes', '--output', str(path)]
+        assert setup([*options, '--limits', '-0.3', '0.7']) == 0
+        before = file_values([path], 'servo', ServoConfig)
+        assert before == {'pitch_lower_limit': -0.3, 'pitch_upper_limit': 0.7}
+        upright = list(values(servo, ends).values())
+        path.write_text(path.read_text() + '    feedback_rate: 50.0\n')
+        for again in (['--invert'], []):
+            assert setup([*options, *again]) == 0
+            after = file_values([path], 'servo', ServoConfig)
+            assert after == {**before, 'invert': True, 'feedback_rate': 50.0}
+            turned = [2 * middle - each for each in reversed(upright)]
+            assert list(values(servo, ends).values()) == turned
+        assert setup([*options, '--no-invert', '--limits', '-0.8', '0.8']) == 0
+        assert file_values([path], 'servo', ServoConfig) == {'feedback_rate': 50.0}
+
+
+def test_a_file_of_something_else_is_not_replaced(tmp_path, capsys):
+    path = tmp_path / 'servo.yaml'
+    path.write_text('a list: [1, 2]\n')
+    with PseudoTerminals({'servo': make(XServoEmulator)}) as ports:
+        assert setup(['--port', ports['servo'], '--yes', '--output', str(path)]) == 2
+    assert "'a list' must be in a section such as '/**'" in capsys.readouterr().err
+    assert path.read_text() == 'a list: [1, 2]\n'
 
 
 def test_a_lidar_behind_the_port_of_the_servo_is_named():

@@ -25,8 +25,8 @@ LEAST_PAIRS = 0.65
 """A level floor comes with walls that are upright: not with fewer pairs than so many times."""
 
 _JOINT = (
-    'set invert in servo_params to the other value, or the sign in the hardware interface of '
-    'ros2_control: positions have to rise with the beam'
+    'ros2 run nodlidar_servo setup with --invert or --no-invert, the other one than before, or '
+    'the sign in the hardware interface of ros2_control: positions have to rise with the beam'
 )
 _CHECK = 'mount_xyz is the nod axis in base_link, which is on the floor'
 

@@ -11,7 +11,6 @@ from nodlidar_common.command_line import LineParser
 from nodlidar_common.errors import ParameterError
 from rich.console import Console
 
-
 LONGEST = 3600.0  # s
 
 

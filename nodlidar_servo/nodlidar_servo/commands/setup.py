@@ -1,17 +1,20 @@
 """Finds a servo, shows what it is, and sets it up for the servo node.
 
 It asks before each change, writes with the torque off, reads back, and ends with the command that
-starts the nod. It never moves the motor.
+starts the nod. It never moves the motor. What the file for the node's parameters already says,
+and no option does, stays.
 """
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 import re
 import shlex
+from typing import Any
 
 from nodlidar_common.command_line import LineParser
+from nodlidar_common.parameter_file import file_values, read_parameters
 from nodlidar_common.serial_port import close_port, open_port, port_errors, SerialPort
 from nodlidar_common.terminal import progress_bar
 from nodlidar_common.whole_file import check_writable, whole_file
@@ -22,10 +25,21 @@ from nodlidar_servo.setup.dialogue import Dialogue, Result, Wish
 from nodlidar_servo.setup.errors import LidarError, NoServoError
 from rich.console import Console
 from rich.table import Table
+import yaml
 
 _LAUNCH = 'ros2 launch nodlidar_bringup robot.launch.py hardware:=real'
 _LIDAR_RATE, _LIDAR_WAIT = 115_200, 0.4  # s; a lidar answers once a revolution
 _DEFAULTS = ServoConfig()
+_ANY_NODE = '/**'
+# Parameters of the node that depend on the servo and its mount, and so on what is set up.
+_PARAMETERS = (
+    'baud_rate',
+    'servo_id',
+    'invert',
+    'zero_tick',
+    'pitch_lower_limit',
+    'pitch_upper_limit',
+)
 
 
 def main(argv: Sequence[str] | None) -> None:
@@ -86,18 +100,32 @@ def start_command(port: str, config: ServoConfig, file: Path | None) -> str:
 
 def node_parameters(config: ServoConfig) -> dict[str, object]:
     """Return the parameters of the node that are not its defaults, without model and port."""
-    names = ('baud_rate', 'servo_id', 'zero_tick', 'pitch_lower_limit', 'pitch_upper_limit')
     return {
         name: getattr(config, name)
-        for name in names
+        for name in _PARAMETERS
         if getattr(config, name) != getattr(_DEFAULTS, name)
     }
 
 
-def parameter_file(parameters: dict[str, object]) -> str:
-    """Return the text of a YAML file with parameters of the node."""
-    lines = [f'    {name}: {value}' for name, value in parameters.items()]
-    return '\n'.join(['/**:', '  ros__parameters:', *lines, ''])
+def parameter_file(
+    parameters: Mapping[str, object], before: Mapping[str, Mapping[str, object]]
+) -> str:
+    """Return the text of a YAML file with parameters of the node; empty if it needs none.
+
+    Parameters
+    ----------
+    parameters
+        Those that were set up, without the defaults.
+    before
+        The sections of the file as it was. What is not set up here stays.
+    """
+    others = {
+        section: {name: value for name, value in values.items() if name not in _PARAMETERS}
+        for section, values in before.items()
+    }
+    sections = {_ANY_NODE: {**parameters, **others.pop(_ANY_NODE, {})}, **others}
+    filled = {name: {'ros__parameters': values} for name, values in sections.items() if values}
+    return yaml.safe_dump(filled, sort_keys=False) if filled else ''
 
 
 def _with_progress(port: Port, options: argparse.Namespace) -> Result:
@@ -116,14 +144,20 @@ def _with_progress(port: Port, options: argparse.Namespace) -> Result:
 
 
 def _wish(options: argparse.Namespace) -> Wish:
-    low, high = options.limits
-    config = ServoConfig(
-        port=options.port,
-        baud_rate=options.baud_rate,
-        servo_id=options.servo_id,
-        pitch_lower_limit=low,
-        pitch_upper_limit=high,
-    )
+    known: dict[str, Any] = {}
+    if Path(options.output).exists():
+        known = file_values([options.output], 'servo', ServoConfig)
+    low, high = options.limits or (None, None)
+    chosen = {
+        'baud_rate': options.baud_rate,
+        'servo_id': options.servo_id,
+        'invert': options.invert,
+        'pitch_lower_limit': low,
+        'pitch_upper_limit': high,
+    }
+    values = {name: known[name] for name in _PARAMETERS if name in known}
+    values |= {name: value for name, value in chosen.items() if value is not None}
+    config = ServoConfig(port=options.port, **values)
     level = True if options.level else False if options.yes else None
     return Wish(config, options.model, options.from_id, level, options.dry_run)
 
@@ -179,10 +213,14 @@ def _show_start(result: Result, options: argparse.Namespace) -> None:
         needed = ', '.join(f'{key}: {value}' for key, value in parameters.items())
         print(f'parameters that the node would need: {needed or "none"}')
         return
-    if parameters:
-        file = Path(options.output).absolute()
-        with whole_file(file) as part:
-            part.write_text(parameter_file(parameters))
+    path = Path(options.output).absolute()
+    before = read_parameters(path) if path.exists() else {}
+    text = parameter_file(parameters, before)
+    if text or before:
+        with whole_file(path) as part:
+            part.write_text(text)
+    if text:
+        file = path
         print(f"parameters of the node: '{file}'")
     if result.after.faults():
         print('still wrong: ' + '; '.join(result.after.faults()))
@@ -201,17 +239,21 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         '--from-id', type=int, metavar='ID', help='of several servos, the one with this ID'
     )
-    parser.add_argument('--servo-id', type=int, default=_DEFAULTS.servo_id, help='ID to set')
+    parser.add_argument('--servo-id', type=int, help=f'ID to set [default: {_DEFAULTS.servo_id}]')
     parser.add_argument(
-        '--baud-rate', type=int, default=_DEFAULTS.baud_rate, help='bit rate to set'
+        '--baud-rate', type=int, help=f'bit rate to set [default: {_DEFAULTS.baud_rate}]'
     )
     parser.add_argument(
         '--limits',
         type=float,
         nargs=2,
         metavar=('LOW', 'HIGH'),
-        default=limits,
         help='pitches that the mount allows [rad] [default: {:g} {:g}]'.format(*limits),
+    )
+    parser.add_argument(
+        '--invert',
+        action=argparse.BooleanOptionalAction,
+        help='the beams go down as the position of the servo rises [default: no]',
     )
     parser.add_argument(
         '--level', action='store_true', help='the scan plane is level now: make this the zero'
@@ -219,6 +261,8 @@ def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument('--yes', action='store_true', help='agree to all changes but the zero')
     parser.add_argument('--dry-run', action='store_true', help='change nothing')
     parser.add_argument(
-        '--output', default='servo.yaml', help="file for the node's parameters, if needed"
+        '--output',
+        default='servo.yaml',
+        help="file for the node's parameters, if needed; what it already says is the default",
     )
     return parser.parse_args(argv)
