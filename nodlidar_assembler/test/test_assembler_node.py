@@ -301,6 +301,8 @@ def test_joint_states_of_a_clock_that_is_ahead_are_named(ahead, is_named):
         (-0.4, 'the end of each scan is stamped 0.4'),
         (0.6, 'scans come 0.6'),
         (0.1, ''),
+        (-0.0666, 'scans come 0.0'),  # stamped at their end
+        (-0.02, ''),
     ],
 )
 def test_scans_of_another_clock_are_named_from_the_start(log, monkeypatch, early, text):

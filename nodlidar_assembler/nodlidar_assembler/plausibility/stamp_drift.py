@@ -86,6 +86,11 @@ class StampDrift:
         return self._apart_ns.get(name, 0) / NS_PER_S
 
     @property
+    def early_scans(self) -> float:
+        """How long before their last beam nearly all scans came, in the last window [s], or 0."""
+        return max(-self._least_late_ns.get(SCANS, 0) / NS_PER_S, 0.0)
+
+    @property
     def moved(self) -> dict[str, float]:
         """By how much scans are later stamped against other inputs than at first [s].
 

@@ -32,6 +32,9 @@ _BLIND = 3.0  # s without a range; in a hall, a sweep may have none for a second
 _BEHIND = 2.0  # s; scans that come this long after odometry of their time are of another clock
 _SCAN_END = 'the end of each scan'
 _AHEAD = 0.1  # s; what is stamped later than now by more is of another clock
+# A scan cannot come before its last beam. Those that do by more than this [s], and than half of
+# the time of their beams, are stamped when they end.
+_EARLY = 0.01
 # s; what comes later after its stamp than the other input by more is of another clock. A scan that
 # does not state the time of its beams comes a revolution late.
 _APART = 0.3
@@ -94,7 +97,7 @@ class Diagnosis:
         assembly.registerCallback(self._decided)
         self._recent = Recent(_RECENT)
         self._recent.add(steady_ns(), Counter())
-        self._latency = self._restamped = 0.0
+        self._latency = self._restamped = self._scan_lasts = 0.0
         self._ahead_ns = Counter[str]()  # by how much the last message was stamped after it came
         self._behind = 0.0  # by how much the last scan ended before the newest odometry [s]
         self.agreement = SweepAgreement()
@@ -109,6 +112,7 @@ class Diagnosis:
             self._placed_ns = now_ns
         self._scan_silence.heard(now_ns, scan.stamp_ns)
         self._note_late(SCANS, scan.end_ns, self._scans.arrived_ns)
+        self._scan_lasts = (scan.end_ns - scan.stamp_ns) / NS_PER_S
         if self._odometry is not None and self._odometry.newest_ns is not None:
             self._behind = (self._odometry.newest_ns - scan.end_ns) / NS_PER_S
         if self._range_ns is None or scan.geometry.measured(scan.ranges).any():
@@ -248,11 +252,21 @@ class Diagnosis:
         name, ahead_ns = max(inputs.items(), key=lambda each: each[1])
         ahead = ahead_ns / NS_PER_S
         if ahead < _AHEAD:
-            return ''
+            return self._early_scans()
         remedy = 'synchronise the clocks'
         if name == _SCAN_END:
             remedy += ', or set scan_delay if scans are stamped when they end'
         return f'{name} is stamped {ahead:.2f} s in the future: {remedy}'
+
+    def _early_scans(self) -> str:
+        """Return how long before their last beam scans come; empty if they do not."""
+        early = self._drift.early_scans
+        if early <= max(_EARLY, self._scan_lasts / 2.0):
+            return ''
+        return (
+            f'scans come {early:.3f} s before their last beam: set scan_delay if they are stamped '
+            'when they end, else synchronise the clocks'
+        )
 
     def _clocks_apart(self) -> str:
         """Return whether scans or joint states come much later than the other ones."""
