@@ -33,8 +33,8 @@ class EstimatorConfig(JointSamplesConfig):
     )
     smoothing_margin: float = parameter(
         SMOOTHING_MARGIN,
-        'How long after a scan trajectory waits for joint samples; clouds are later by as much, '
-        'or by the deadline if that is less',
+        'How long after a scan the estimator trajectory waits for joint samples; clouds are later '
+        'by as much, or by the deadline if that is less',
         unit='s',
         minimum=0.0,
         maximum=2.0,

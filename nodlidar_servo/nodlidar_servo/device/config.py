@@ -60,8 +60,8 @@ class ServoConfig(JointConfig):
     )
     following_error: float = parameter(
         0.2,
-        'Largest distance between the servo and a model that obeys the same commands, but for 20 '
-        'ms of motion; a sixth of the span of the nod if that is less',
+        'Largest distance between the servo and a model of it that obeys the same commands, '
+        'beyond 20 ms of motion; at most a sixth of the span of the nod counts',
         unit='rad',
         minimum=0.02,
         maximum=3.0,
